@@ -1,0 +1,47 @@
+"""What one sample of a run holds: the record that is published, logged, written and compared."""
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Snapshot(NamedTuple):
+    """
+    Outputs at the end of one integration step; B bristles, SI units.
+
+    Arrays are per wire except `brush_*` and `contact_*_mount`, which sum over all wires. Axes: `brush`
+    (x along bristle 0's radius, z along the brush axis), `road` (inertial, z up), `mount` (fixed to
+    the sweeper). All are float64 and owned by the snapshot: it does not change when the run goes on.
+    """
+
+    step: int                           # integration steps since the scene's start
+    t: float                            # [s] = step * integration_time_step
+    theta: float                        # [rad] angle of the brush
+    omega: float                        # [rad/s] its speed
+    tip_position: np.ndarray            # [m] (B, 3), brush axes, from the mount centre
+    tip_position_road: np.ndarray       # [m] (B, 3), road axes, from the mount centre
+    tip_position_mount: np.ndarray      # [m] (B, 3), mount axes, from the mount centre
+    tip_orientation: np.ndarray         # (B, 4) quaternion x, y, z, w, brush axes
+    tip_orientation_mount: np.ndarray   # (B, 4) quaternion x, y, z, w, mount axes
+    contact_force: np.ndarray           # [N] (B, 3) on the tip, road axes, mean over the last step
+    contact_impulse: np.ndarray         # [N s] (B, 3) since t = 0, road axes
+    mount_force: np.ndarray             # [N] (B, 3) of the wire on the board, brush axes
+    mount_moment: np.ndarray            # [N m] (B, 3) about the wire's clamp, brush axes
+    mount_damping_force: np.ndarray     # [N] (B, 3) its beta_D part, x along that bristle's radius
+    brush_force: np.ndarray             # [N] (3,) of the brush on the sweeper, mount axes
+    brush_torque: np.ndarray            # [N m] (3,) about the mount centre, mount axes
+    contact_force_mount: np.ndarray     # [N] (3,) of the road on the brush, mount axes
+    contact_torque_mount: np.ndarray    # [N m] (3,) about the mount centre, mount axes
+    energy_kinetic: float               # [J] the four energies: whole scene, brush frame;
+    energy_elastic: float               # NaN where the simulation was built without them
+    energy_dissipated: float
+    work_external: float
+    newton_iterations: int              # running counts, summed over bristles
+    substeps: int
+    error_estimate: float               # local error of the last step, relative to the bristle's length
+
+
+NPZ_ARRAYS = (
+    't', 'theta', 'omega', 'tip_position', 'tip_position_road', 'tip_orientation', 'contact_force',
+    'contact_impulse', 'mount_force', 'mount_moment', 'mount_damping_force', 'brush_force',
+    'brush_torque', 'energy_kinetic', 'energy_elastic', 'energy_dissipated', 'work_external',
+    'newton_iterations', 'substeps')
