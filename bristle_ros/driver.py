@@ -1,0 +1,324 @@
+"""Wall time to whole chunks of steps: pacing, overload, commands at chunk starts, reset, samples."""
+from collections import deque
+import math
+import threading
+import time
+from typing import NamedTuple
+
+from .simulation import CommandRefused, StepFailure
+
+BACKLOG_CHUNKS = 4          # what may be caught up after a delay: this many chunks,
+BACKLOG_NS = 20_000_000     # [ns] or this much wall time; the rest is shed
+WINDOW_NS = 1_000_000_000   # [ns] over which the reached real-time factor is taken
+MARK_NS = 50_000_000        # [ns] between the marks inside that window: memory stays bounded
+
+
+class Event(NamedTuple):
+    """What changed the course of the run, with the step at whose start it took effect."""
+
+    step: int               # total steps before it
+    kind: str               # 'command', 'timeout' or 'reset'
+    topic: str = ''         # of a command or timeout: 'cmd_vel', 'cmd_brush_speed', ...
+    values: tuple = ()      # what was applied, SI
+
+
+class Chunk(NamedTuple):
+    """What one chunk gave. Steps here and in its snapshots are total: they go on through resets."""
+
+    start: int
+    end: int                # lower than asked when the simulation could not go on
+    samples: tuple          # Snapshots at the sample marks, in order
+    last: object            # Snapshot at `end`
+    events: tuple           # Events in the order in which they took effect
+    failure: object = None  # StepFailure, or None
+
+
+class Driver:
+    """
+    Runs a simulation chunk by chunk; knows when the next one is due, but never sleeps.
+
+    simulation : Simulation     advanced by this object only
+    clock : () -> int [ns]      steady; turned by hand in tests
+    sample : int                steps between samples inside chunks; 0: none, only chunk ends
+    paced : bool                False: as fast as it goes and no command timeout, whatever the scene
+                                says, so that an offline run depends on no clock
+
+    One thread calls `run_chunk`; everything else may be called from others meanwhile.
+    """
+
+    def __init__(self, simulation, *, clock=time.monotonic_ns, sample=0, paced=True):
+        run = simulation.scene.run
+        self.simulation = simulation
+        self.its = simulation.its                                   # [s]
+        self.chunk = max(1, round(run.chunk / self.its))            # [steps]
+        self.sample = sample
+        self.late_chunks = 0            # ended after the next one was due
+        self.shed = 0                   # [ns] of wall time given up, for good
+        self.refused = 0                # commands
+        self.stepping = 0               # [ns] spent in advance() alone
+        self.resets = 0
+        self._clock = clock
+        self._lock = threading.Lock()   # commands come from another thread than chunks
+        self._total = 0                 # steps since the start of the run
+        self._base = -simulation.step   # total step = base + simulation.step
+        self._pending = {}              # topic: values; the newest wins, so it cannot grow
+        self._reset = False
+        self._schedule = deque()        # Events to come, by step
+        self._timeout = round(run.command_timeout * 1e9) if paced else 0
+        self._timed_out = False
+        self._paused = False
+        self._single = False
+        self._factor = float(run.real_time_factor) if paced else 0.0
+        self._marks = deque()           # (wall [ns], total step) at chunk ends
+        self.start()
+
+    def start(self):
+        """Take now as the time at which the step reached is due: time before this is not made up."""
+        now = self._clock()
+        self._anchor = now, self._total  # wall [ns] at which this total step was or is due
+        self._last_velocity = now        # [ns] when cmd_vel was last heard
+        self._marks.clear()
+
+    # ---- time -----------------------------------------------------------------------------------
+
+    @property
+    def total_step(self):
+        """Steps since the start of the run; resets do not turn it back."""
+        return self._total
+
+    def stamp(self, step):
+        """[ns] simulation time of a total step."""
+        return round(step * self.its * 1e9)
+
+    @property
+    def real_time_factor(self):
+        """Simulated seconds per wall second asked for; 0 is as fast as it goes."""
+        return self._factor
+
+    @real_time_factor.setter
+    def real_time_factor(self, factor):
+        if not 0.0 <= factor < math.inf:
+            raise ValueError(f'real-time factor = {factor!r}: must be 0 (as fast as it goes) or '
+                             'more, and finite')
+        with self._lock:
+            # The step reached keeps the wall time at which it was due, so nothing jumps.
+            step = self._total
+            self._anchor = (self._due_at(step) if self._factor > 0.0 else self._clock()), step
+            self._factor = float(factor)
+
+    def next_deadline(self):
+        """[ns] on the clock when the next chunk is due; None while paused."""
+        with self._lock:
+            if self._single:
+                return self._clock()
+            if self._paused:
+                return None
+            if self._factor == 0.0:
+                return self._clock()
+            return self._due_at(self._total + self.chunk)
+
+    def due(self):
+        """Whether a chunk should run now."""
+        deadline = self.next_deadline()
+        return deadline is not None and self._clock() >= deadline
+
+    def reached(self):
+        """Real-time factor reached over about the last second; 0 while paused."""
+        with self._lock:
+            if self._paused or len(self._marks) < 2:
+                return 0.0
+            (wall, step), (last_wall, last_step) = self._marks[0], self._marks[-1]
+            return (last_step - step) * self.its * 1e9 / max(1, last_wall - wall)
+
+    def _due_at(self, step):
+        # From the anchor's step number, never from the last deadline: no drift, no summed error.
+        wall, anchor_step = self._anchor
+        return wall + round((step - anchor_step) * self.its * 1e9 / self._factor)
+
+    # ---- what others ask for --------------------------------------------------------------------
+
+    def command(self, topic, values):
+        """
+        Take a command for the next chunk's start; of several on one topic the newest counts.
+
+        Raises CommandRefused (and counts it) when it is not finite, out of limits or misshapen.
+        """
+        values = tuple(float(value) for value in values)
+        try:
+            self.simulation.check_command(topic, values)
+        except CommandRefused:
+            self.refused += 1
+            raise
+        with self._lock:
+            self._pending.pop(topic, None)  # keeps the order of arrival
+            self._pending[topic] = values
+            if topic == 'cmd_vel':
+                self._last_velocity = self._clock()
+
+    def reset(self):
+        """Back to the scene's start at the next chunk's start; drops commands not yet applied."""
+        with self._lock:
+            self._reset = True
+            self._pending.clear()
+
+    def schedule(self, events):
+        """
+        Take events to be applied at exactly their (total) step, also inside a chunk.
+
+        Raises CommandRefused, or ValueError when one lies before the step reached.
+        """
+        events = sorted(events, key=lambda event: event.step)  # stable: same step, same order
+        for event in events:
+            if event.step < self._total:
+                raise ValueError(f'{event.topic or event.kind} at step {event.step}: the run is '
+                                 f'already at step {self._total}')
+            if event.kind != 'reset':
+                self.simulation.check_command(event.topic, event.values)
+        with self._lock:
+            self._schedule = deque(sorted([*self._schedule, *events],
+                                          key=lambda event: event.step))
+
+    @property
+    def scheduled(self):
+        """How many scheduled events have not taken effect."""
+        return len(self._schedule)
+
+    @property
+    def paused(self):
+        """Whether nothing is due but single steps."""
+        return self._paused
+
+    def pause(self):
+        """Hold after the chunk that is running."""
+        with self._lock:
+            self._paused = True
+
+    def resume(self):
+        """Go on from here, as if no time had passed."""
+        with self._lock:
+            if self._paused:
+                self._paused = self._single = False
+                self.start()
+
+    def step_once(self):
+        """Make one chunk due while paused; False (and nothing) when not paused."""
+        with self._lock:
+            self._single = self._paused
+            return self._paused
+
+    # ---- stepping -------------------------------------------------------------------------------
+
+    def run_chunk(self, steps=None):
+        """
+        Advance one chunk (or `steps` steps) and say what happened in it.
+
+        Returns Chunk; when the simulation could not go on, `failure` says why and the rest of it
+        is what was reached. Never raises StepFailure.
+        """
+        start = self._total
+        with self._lock:
+            single, self._single = self._single, False
+            paced = self._factor > 0.0 and not single and not self._paused
+            if paced:
+                deadline = self._shed(start)
+        events = self._begin(start)
+        end = start + (self.chunk if steps is None else steps)
+        samples, failure = [], None
+        while failure is None and self._total < end:
+            self._apply_scheduled(events)
+            try:
+                self._advance(self._next_stop(end))
+            except StepFailure as error:
+                failure = error
+                break
+            if self.sample and self._total % self.sample == 0:
+                samples.append(self._snapshot())
+        reached = self._total
+        last = samples[-1] if samples and samples[-1].step == reached else self._snapshot()
+        self._end(deadline if paced else None, end)
+        return Chunk(start, reached, tuple(samples), last, tuple(events), failure)
+
+    def _shed(self, start):
+        """Give up the part of a delay that is too much to catch up; return this chunk's deadline."""
+        deadline = self._due_at(start + self.chunk)
+        period = self._due_at(start + 2 * self.chunk) - deadline
+        excess = self._clock() - deadline - max(BACKLOG_CHUNKS * period, BACKLOG_NS)
+        if excess > 0:
+            self.shed += excess
+            wall, step = self._anchor
+            self._anchor = wall + excess, step
+            deadline += excess
+        return deadline
+
+    def _begin(self, start):
+        with self._lock:
+            pending, self._pending = self._pending, {}
+            reset, self._reset = self._reset, False
+            silent = self._clock() - self._last_velocity
+        events = []
+        if reset:
+            self._apply(Event(start, 'reset'), events)
+            silent = 0 if 'cmd_vel' not in pending else silent
+        for topic, values in pending.items():
+            self._apply(Event(start, 'command', topic, values), events)
+        if self._timeout and not self._timed_out and silent > self._timeout:
+            self._apply(Event(start, 'timeout', 'cmd_vel', (0.0, 0.0, 0.0)), events)
+            self._timed_out = True
+        return events
+
+    def _apply(self, event, events):
+        if event.kind == 'reset':
+            self.simulation.reset()
+            self._base = self._total - self.simulation.step
+            self.resets += 1
+            self._last_velocity, self._timed_out = self._clock(), False
+        else:
+            try:
+                self.simulation.command(event.topic, event.values)
+            except CommandRefused:  # checked when it came, but the state may have moved on
+                self.refused += 1
+                return
+            if event.kind == 'command' and event.topic == 'cmd_vel':
+                self._timed_out = False
+        events.append(event)
+
+    def _apply_scheduled(self, events):
+        while self._schedule and self._schedule[0].step <= self._total:
+            self._apply(self._schedule.popleft(), events)
+
+    def _next_stop(self, end):
+        now = self._total
+        if self.sample:
+            end = min(end, now + self.sample - now % self.sample)
+        if self._schedule:
+            end = min(end, self._schedule[0].step)
+        return end - now
+
+    def _advance(self, n):
+        began = self._clock()
+        try:
+            self.simulation.advance(n)
+        finally:
+            self.stepping += self._clock() - began
+            self._total = self._base + self.simulation.step
+
+    def _snapshot(self):
+        snapshot = self.simulation.snapshot()
+        if self._base:
+            step = self._total
+            snapshot = snapshot._replace(step=step, t=step * self.its)
+        return snapshot
+
+    def _end(self, deadline, end):
+        now = self._clock()
+        with self._lock:
+            if deadline is not None and self._factor > 0.0:
+                if now > self._due_at(end + self.chunk):
+                    self.late_chunks += 1
+            marks = self._marks
+            # The newest mark follows every chunk; older ones stand MARK_NS apart.
+            if len(marks) >= 2 and marks[-1][0] - marks[-2][0] < MARK_NS:
+                marks.pop()
+            marks.append((now, self._total))
+            while len(marks) > 2 and now - marks[1][0] >= WINDOW_NS:
+                marks.popleft()
