@@ -5,7 +5,7 @@ import threading
 import time
 from typing import NamedTuple
 
-from .simulation import CommandRefused, StepFailure
+from bristle_ros.simulation import CommandRefused, StepFailure
 
 BACKLOG_CHUNKS = 4          # what may be caught up after a delay: this many chunks,
 BACKLOG_NS = 20_000_000     # [ns] or this much wall time; the rest is shed
@@ -79,16 +79,10 @@ class Driver:
         self._last_velocity = now        # [ns] when cmd_vel was last heard
         self._marks.clear()
 
-    # ---- time -----------------------------------------------------------------------------------
-
     @property
     def total_step(self):
         """Steps since the start of the run; resets do not turn it back."""
         return self._total
-
-    def stamp(self, step):
-        """[ns] simulation time of a total step."""
-        return round(step * self.its * 1e9)
 
     @property
     def real_time_factor(self):
@@ -134,8 +128,6 @@ class Driver:
         # From the anchor's step number, never from the last deadline: no drift, no summed error.
         wall, anchor_step = self._anchor
         return wall + round((step - anchor_step) * self.its * 1e9 / self._factor)
-
-    # ---- what others ask for --------------------------------------------------------------------
 
     def command(self, topic, values):
         """
@@ -205,8 +197,6 @@ class Driver:
         with self._lock:
             self._single = self._paused
             return self._paused
-
-    # ---- stepping -------------------------------------------------------------------------------
 
     def run_chunk(self, steps=None):
         """
