@@ -1,0 +1,112 @@
+"""
+The command line: `python3 -m bristle_ros VERB ...`, and the executables that ROS 2 finds.
+
+Each verb parses its own arguments, in the module that does it. That module is imported only then, so
+that `--help`, `--version` and `scene --keys` need neither numba nor ROS.
+"""
+import difflib
+from importlib import import_module
+import os
+import sys
+
+from . import __version__
+from .scene_error import SceneError
+
+# Verb: module whose main(arguments) does it, and what it does.
+VERBS = {
+    'brush_node': ('node', 'the ROS 2 node: steps the brush, subscribes, publishes, logs'),
+    'simulate': ('offline', 'run a scene as fast as it goes and write what happened'),
+    'static': ('statics', "a scene's static equilibrium"),
+    'replay': ('replay', 'publish a log again, or verify it by simulating it again'),
+    'recover': ('recover', 'make a complete log out of one that was cut off'),
+    'report': ('report', 'accuracy against run time, stability, cost of each feature: a page'),
+    'bench': ('bench', "a scene's run times, as JSON"),
+    'scene': ('scene_verb', 'list every key of a scene, or check a scene file'),
+}
+DONE, CHECK_FAILED, UNUSABLE_INPUT, COULD_NOT_GO_ON = 0, 1, 2, 3
+INTERRUPTED = 130  # what shells give for SIGINT
+# Errors known by name, since the module that defines them is heavy to import.
+_CODES = {'StepFailure': COULD_NOT_GO_ON, 'CommandRefused': UNUSABLE_INPUT}
+
+
+def main(arguments=None):
+    """Run the verb that the command line names; return the exit code."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    verb = arguments[0] if arguments else ''
+    if verb in VERBS:
+        return run(verb, arguments[1:])
+    if verb in ('-h', '--help'):
+        print(_help())
+        return DONE
+    if verb == '--version':
+        print(f'bristle_ros {__version__}')
+        return DONE
+    near = difflib.get_close_matches(verb, VERBS, 1) or ['--help']
+    wrong = f'{verb!r} is no verb, did you mean {near[0]}?' if verb else 'no verb'
+    return _fail('bristle_ros', f'{wrong} (--help lists them)', UNUSABLE_INPUT)
+
+
+def run(verb, arguments):
+    """Do one verb; turn what can go wrong into one line on stderr and an exit code."""
+    try:
+        code = import_module(f'.{VERBS[verb][0]}', __package__).main(arguments)
+        sys.stdout.flush()
+        return DONE if code is None else code
+    except SceneError as error:
+        return _fail(verb, error, UNUSABLE_INPUT)
+    except KeyboardInterrupt:
+        return _fail(verb, 'interrupted', INTERRUPTED)
+    except BrokenPipeError:
+        # Whoever read us (head, less) has gone; keep the interpreter from saying so at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except ModuleNotFoundError as error:
+        if error.name and error.name.partition('.')[0] == __package__:
+            raise
+        return _fail(verb, f'needs the Python package {error.name!r}, which is not installed: '
+                     'see README.md, Installing', UNUSABLE_INPUT)
+    except OSError as error:
+        place = f'{error.filename}: ' if error.filename else ''
+        return _fail(verb, f'{place}{error.strerror or error}', UNUSABLE_INPUT)
+    except (RuntimeError, ValueError) as error:
+        code = _CODES.get(type(error).__name__)
+        if code is None:
+            raise
+        return _fail(verb, error, code)
+
+
+def _fail(verb, message, code):
+    line = ' '.join(str(message).split())
+    print(f'{verb}: {line}', file=sys.stderr)
+    return code
+
+
+def _help():
+    verbs = '\n'.join(f'  {verb:<12}{does}' for verb, (_, does) in VERBS.items())
+    return f"""usage: python3 -m bristle_ros VERB ... | --help | --version
+
+A rotating brush of flexible bristles on a road, for ROS 2 and without it.
+
+verbs ('VERB --help' tells the arguments of each):
+{verbs}
+
+exit codes: 0 done, 1 a check failed, 2 unusable input, 3 the simulation could not go on"""
+
+
+def _entry_point(verb):
+    """Make the function that the executable of a verb calls."""
+    def entry_point():
+        return run(verb, sys.argv[1:])
+    return entry_point
+
+
+brush_node = _entry_point('brush_node')
+simulate = _entry_point('simulate')
+static = _entry_point('static')
+replay = _entry_point('replay')
+recover = _entry_point('recover')
+report = _entry_point('report')
+bench = _entry_point('bench')
+
+if __name__ == '__main__':
+    sys.exit(main())
