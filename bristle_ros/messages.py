@@ -1,15 +1,15 @@
 """
 What is in each ROS 2 message: snapshots, commands and events to CDR bytes and back, without ROS.
 
-The node publishes the same bytes that the log stores, so both say the same to the last bit. Layout:
-little-endian plain CDR (XCDR1), 4 bytes of header, each value aligned to its size after that header.
+The node publishes the same bytes that the log stores, so both say the same to the last bit.
+Layout: little-endian plain CDR (XCDR1), 4 bytes of header, values aligned to their size after it.
 """
 from collections.abc import Callable
 import json
 import struct
 from typing import NamedTuple
 
-from bristle_ros.snapshot import Snapshot
+from .snapshot import Snapshot
 
 MOUNT_FRAME = 'brush_mount'
 ROAD_FRAME = 'road'

@@ -1,0 +1,245 @@
+"""A run on disk: samples, commands, events and the scene, written beside the run by a thread."""
+from collections import deque
+from pathlib import Path
+import threading
+import time
+
+from . import messages
+from .bag_metadata import qos_text, write_metadata
+from .machine import provenance
+from .mcap_file import McapFile
+from .message_types import schema_text, TYPE_HASHES
+from .scene import SceneError, to_yaml
+
+CAPACITY = 4096         # [samples] in the queue: 4 s at 1 kHz
+CLOSE_TIMEOUT = 4.0     # [s] launch kills what has not ended 5 s after Ctrl-C
+CONTRACT_NAME = 'bristle_ros'   # channel metadata: the topic's name before remapping
+
+
+def _in_node(name):
+    """Return the topic `name` of a node `/brush_node` as ROS resolves it."""
+    return f'/brush_node/{name[2:]}' if name.startswith('~/') else f'/{name.lstrip("/")}'
+
+
+class Log:
+    """
+    The log of a run. Use it as a context manager: leaving it completes the file.
+
+    What is given is owned by the log from then on. Nothing here raises once the file is made:
+    when it cannot be written any more, `failed` says why, and what comes later is dropped.
+    Steps count from the run's start, through resets.
+    """
+
+    def __init__(self, path, scene, *, resolve=_in_node, origin=0, compression=None,
+                 key='log.path', capacity=CAPACITY):
+        """
+        Make the bag directory `path`, or the file if it ends in `.mcap`.
+
+        `resolve`: contract name -> full topic name; `origin` [ns]: added to simulation time;
+        `key`: what a message about a bad path calls it. Raises SceneError.
+        """
+        self.failed = None      # why logging ended, or None
+        self.waited = 0         # calls that had to wait for the disk
+        self._integration_time_step = scene.solver.integration_time_step
+        self._origin = origin
+        self._resolve = resolve
+        self._channels = {}
+        self._commands = messages.command_types(scene.run.stamped_cmd_vel)
+        self._capacity = capacity
+        self._queue, self._backlog = deque(), 0
+        self._changed = threading.Condition()
+        self._closing = False
+        self._directory, self._path = make_place(path, key)
+        try:
+            self._file = McapFile(self._path, compression or scene.log.compression)
+            self._write_head(scene)
+        except OSError as error:
+            if not isinstance(error, FileExistsError):  # then it is somebody else's
+                self._discard()
+            raise bad_place(path, key, error) from None
+        self._worker = threading.Thread(target=self._run, name='log', daemon=True)
+        self._worker.start()
+
+    @property
+    def backlog(self):
+        """Samples that wait to be written."""
+        return self._backlog
+
+    def write(self, chunk):
+        """
+        Log a chunk's samples, events and failure; returns whether it had to wait for the disk.
+
+        `chunk` has `samples`: Snapshots, `events`: (step, kind, topic, values) each, with kind
+        `command`, `timeout` or `reset`, and `failure`: None or an error with `reason`.
+        """
+        weight = len(chunk.samples) + len(chunk.events) + (chunk.failure is not None)
+        return weight > 0 and self._put(weight, self._store_chunk, chunk, time.time_ns())
+
+    def event(self, step, event, **details):
+        """Log a load decision or the like: JSON on `~/events`."""
+        return self._put(1, self._store_message, step, messages.EVENTS, messages.STRING,
+                         messages.encode_event(event, step, **details), time.time_ns())
+
+    def message(self, step, topic, type_name, payload):
+        """Log any other message, such as `/diagnostics`."""
+        return self._put(1, self._store_message, step, topic, type_name, payload, time.time_ns())
+
+    def close(self):
+        """Write all that waits, complete the file, and return within 5 s; twice does no harm."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        self._worker.join(CLOSE_TIMEOUT)
+        if self._worker.is_alive() and self.failed is None:
+            self.failed = f'{self._path}: the disk did not take the rest within {CLOSE_TIMEOUT} s'
+
+    def __enter__(self):
+        """Return the log."""
+        return self
+
+    def __exit__(self, *_):
+        """Complete the file."""
+        self.close()
+
+    def _put(self, weight, store, *arguments):
+        with self._changed:
+            waited = False
+            # One call may be larger than the queue: it goes in alone.
+            while self._backlog and self._backlog + weight > self._capacity:
+                if self._closing or self.failed:
+                    return waited
+                waited = True
+                self._changed.wait()
+            if self._closing or self.failed:
+                return waited
+            self.waited += waited
+            self._queue.append((weight, store, arguments))
+            self._backlog += weight
+            self._changed.notify_all()
+        return waited
+
+    def _run(self):
+        try:
+            while self._work():
+                pass
+            information = self._file.finish()
+            if self._directory:
+                write_metadata(self._directory, information)
+        except Exception as error:  # the run goes on whatever happens here
+            self._fail(error)
+
+    def _work(self):
+        """Store what is in the queue; False when there is nothing left and no more to come."""
+        with self._changed:
+            if not self._queue and not self._closing:
+                self._changed.wait(self._file.due())
+            items = list(self._queue)
+            self._queue.clear()
+            last = self._closing
+        for weight, store, arguments in items:
+            store(*arguments)
+            self._file.keep()
+            with self._changed:
+                self._backlog -= weight
+                self._changed.notify_all()
+        self._file.keep()
+        return items or not last
+
+    def _fail(self, error):
+        with self._changed:
+            self.failed = f'{self._path}: {_reason(error)}'
+            self._queue.clear()
+            self._backlog = 0
+            self._changed.notify_all()
+        try:
+            information = self._file.abandon()
+            if self._directory:
+                write_metadata(self._directory, information)
+        except OSError:
+            pass  # `failed` has said it already; the messages are safe without their summary
+
+    def _stamp(self, step):
+        return messages.stamp_ns(step, self._integration_time_step, self._origin)
+
+    def _store_chunk(self, chunk, wall):
+        events = deque(chunk.events)
+        for snapshot in chunk.samples:
+            # At one step the sample comes first: it is the state that the event found.
+            while events and events[0].step < snapshot.step:
+                self._store_event(events.popleft(), wall)
+            stamp = self._stamp(snapshot.step)
+            for topic in messages.TOPICS:
+                self._file.add(self._channel(topic.name, topic.type), stamp, wall,
+                               topic.encode(snapshot, stamp))
+        for event in events:
+            self._store_event(event, wall)
+        if chunk.failure is not None:
+            self._store_message(chunk.end, messages.EVENTS, messages.STRING, messages.encode_event(
+                'failure', chunk.end, reason=str(chunk.failure)), wall)
+
+    def _store_event(self, event, wall):
+        step, kind, topic, values = event
+        if topic:
+            type_name = self._commands[topic]
+            payload = messages.encode_command(type_name, values, self._stamp(step))
+            self._store_message(step, topic, type_name, payload, wall)
+        if kind != 'command':
+            details = {'topic': topic} if topic else {}
+            self._store_message(step, messages.EVENTS, messages.STRING,
+                                messages.encode_event(kind, step, **details), wall)
+
+    def _store_message(self, step, topic, type_name, payload, wall):
+        self._file.add(self._channel(topic, type_name), self._stamp(step), wall, payload)
+
+    def _channel(self, name, type_name):
+        if name not in self._channels:
+            self._channels[name] = self._file.channel(
+                self._resolve(name), type_name, schema_text(type_name).encode(),
+                {'offered_qos_profiles': qos_text(), 'topic_type_hash': TYPE_HASHES[type_name],
+                 CONTRACT_NAME: name})
+        return self._channels[name]
+
+    def _write_head(self, scene):
+        text = to_yaml(scene)
+        self._file.add_metadata('bristle_ros.scene', {'yaml': text})
+        self._file.add_metadata('bristle_ros.machine', provenance())
+        self._file.add_metadata('bristle_ros.run', {
+            'integration_time_step': repr(self._integration_time_step),
+            'time_origin_ns': str(self._origin)})
+        self._file.add_attachment('scene.yaml', 'application/yaml', text.encode())
+        # With this first message in the file, one that was killed at once has a channel to read.
+        self._store_message(0, messages.EVENTS, messages.STRING,
+                            messages.encode_event('start', 0), time.time_ns())
+        self._file.flush()
+
+    def _discard(self):
+        """Leave nothing behind when the log could not be begun."""
+        self._path.unlink(missing_ok=True)
+        if self._directory:
+            self._directory.rmdir()
+
+
+def make_place(path, key):
+    """Return the bag directory, made, or None for a bare file, and the path of its MCAP file."""
+    place = Path(path).expanduser()
+    bare = place.suffix == '.mcap'
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        if not bare:
+            place.mkdir()  # the one of two that comes second fails here
+    except (OSError, ValueError) as error:
+        raise bad_place(path, key, error) from None
+    return (None, place) if bare else (place, place / f'{place.name}_0.mcap')
+
+
+def bad_place(path, key, error):
+    """Return the SceneError of a place where no log can be made."""
+    return SceneError(f'{_reason(error)}; name another place', key=key, value=str(path))
+
+
+def _reason(error):
+    if isinstance(error, FileExistsError):
+        return 'exists already'
+    if isinstance(error, OSError):
+        return (error.strerror or str(error)).lower()
+    return f'{type(error).__name__}: {error}'

@@ -1,0 +1,157 @@
+"""A log as it lies on disk, whole or not: its scene, where it was made, and what happened when."""
+from collections.abc import Iterator
+from pathlib import Path
+import re
+from typing import NamedTuple
+
+from . import messages
+from .log import CONTRACT_NAME
+from .mcap_reader import Attachment, McapReader, Message, Metadata
+from .scene import from_parameters, SceneError
+from .scene_yaml import read_file
+
+_OUTPUTS = {topic.name for topic in messages.TOPICS}
+
+
+class Entry(NamedTuple):
+    """One message of a log."""
+
+    name: str           # of its topic before remapping: 'tip_pose', 'cmd_vel', '~/events', ...
+    step: int           # since the run's start, through resets
+    message: Message
+
+
+class Recording:
+    """
+    A log directory or file. Raises SceneError when it cannot be used at all.
+
+    `scene`, `machine` (text -> text) and `origin` [ns] come from its first records. After
+    `entries` has been walked through, `cut` and `damage` (texts) say what is missing.
+    """
+
+    def __init__(self, path):
+        """Find the files and read what comes before the first message."""
+        self.path = Path(path).expanduser()
+        self.files = _files(self.path)
+        self.cut, self.damage = '', []
+        self._head = {}
+        self._read_head()
+
+    @property
+    def scene(self):
+        """The Scene that was simulated."""
+        text = self._entry('scene', 'yaml')
+        if self._head.get('attachment', text.encode()) != text.encode():
+            raise SceneError('its scene is damaged: record and attachment differ',
+                             source=str(self.path))
+        source = f'{self.path}: scene'
+        return from_parameters(
+            {entry.key: entry.value for entry in read_file(text.encode(), source)}, source)
+
+    @property
+    def machine(self):
+        """What `machine.provenance` said where it was made."""
+        return self._head.get('machine', {})
+
+    @property
+    def integration_time_step(self):
+        """[s] of the run."""
+        return self._number('integration_time_step', float)
+
+    @property
+    def origin(self):
+        """[ns] added to simulation time in the log's stamps."""
+        return self._number('time_origin_ns', int)
+
+    def records(self) -> Iterator[Message | Metadata | Attachment]:
+        """Yield all there is, of all files, in order."""
+        self.cut, self.damage = '', []
+        for file in self.files:
+            reader = McapReader(file)
+            yield from reader.records()
+            if reader.cut:
+                self.cut = f'{file}: {reader.cut}'
+            self.damage += [f'{file}: {text}' for text in reader.damage]
+
+    def entries(self) -> Iterator[Entry]:
+        """Yield the messages in the order in which they were logged."""
+        its, origin = self.integration_time_step, self.origin
+        for record in self.records():
+            if isinstance(record, Message):
+                yield Entry(name_of(record.channel),
+                            messages.total_step(record.log_time, its, origin), record)
+
+    def _read_head(self):
+        for record in self.records():
+            if isinstance(record, Message):
+                break
+            if isinstance(record, Metadata) and record.name.startswith('bristle_ros.'):
+                self._head[record.name.removeprefix('bristle_ros.')] = record.entries
+            elif isinstance(record, Attachment) and record.name == 'scene.yaml':
+                self._head['attachment'] = record.data
+
+    def _entry(self, record, key):
+        try:
+            return self._head[record][key]
+        except KeyError:
+            raise SceneError(f'holds no {record}; only logs of bristle_ros can be used for this',
+                             source=str(self.path)) from None
+
+    def _number(self, key, kind):
+        text = self._entry('run', key)
+        try:
+            value = kind(text)
+        except ValueError:
+            value = -1
+        if not (value > 0 or kind is int and value == 0) or value == float('inf'):
+            raise SceneError('is damaged', key=key, value=text, source=str(self.path))
+        return value
+
+
+def name_of(channel):
+    """Return the topic's name before remapping; a guess for logs that others recorded."""
+    last = channel.topic.rpartition('/')[2]
+    return channel.metadata.get(CONTRACT_NAME) or (last if last in _OUTPUTS else channel.topic)
+
+
+def read_commands(path):
+    """
+    Return the integration time step of a log, and its commands as (step, topic, values).
+
+    A reset has the topic 'reset'; timeouts are the commands they gave.
+    """
+    recording = Recording(path)
+    found = []
+    for entry in recording.entries():
+        type_name = entry.message.channel.schema
+        if entry.name in messages.command_types(True):
+            try:
+                values = messages.decode_command(type_name, entry.message.data)
+            except ValueError as error:
+                raise SceneError(f'{entry.name} at step {entry.step}: {error}',
+                                 source=str(recording.path)) from None
+            found.append((entry.step, entry.name, values))
+        elif entry.name == messages.EVENTS and is_event(entry, 'reset'):
+            found.append((entry.step, 'reset', ()))
+    return recording.integration_time_step, found
+
+
+def is_event(entry, kind):
+    """Return whether an entry of `~/events` is of that kind."""
+    try:
+        return messages.decode_event(entry.message.data).get('event') == kind
+    except ValueError:
+        return False
+
+
+def _files(path):
+    """Return the MCAP files of a log in their order."""
+    if path.is_dir():
+        files = sorted(path.glob('*.mcap'), key=lambda file: (
+            int((re.search(r'_(\d+)\.mcap$', file.name) or [0, 0])[1]), file.name))
+        if not files:
+            raise SceneError('no .mcap file in it; name a log', source=str(path))
+        return files
+    if not path.exists():
+        raise SceneError('no such file or directory; name a log', source=str(path))
+    return [path]

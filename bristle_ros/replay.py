@@ -1,0 +1,157 @@
+"""The `replay` verb: publishes the outputs of a log again, or has them verified."""
+import argparse
+from importlib import import_module
+import math
+import signal
+import sys
+import time
+
+from . import messages
+from .cli import Parser
+from .mcap_reader import Message
+from .recording import name_of, read_commands, Recording
+from .scene import SceneError
+from .verify import TOLERANCE, verify
+
+__all__ = ['main', 'play', 'read_commands', 'verify']
+
+_DISCOVERY = 1.0        # [s] that subscribers get to find the publishers
+_NAP = 0.05             # [s] longest sleep between looks at whether to stop
+
+
+def play(path, rate=1.0, loop=False, ros_arguments=()):
+    """
+    Publish a log's outputs on their topics at their times; returns how many messages.
+
+    Absolute deadlines on a steady clock, so no delay adds up. Ends on SIGINT and SIGTERM.
+    """
+    recording = Recording(path)
+    stopped = []
+    handlers = {number: signal.signal(number, lambda *_: stopped.append(True))
+                for number in (signal.SIGINT, signal.SIGTERM)}
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+    rclpy.init(args=['--ros-args', *ros_arguments] if ros_arguments else [],
+               signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        player = _Player(rclpy.create_node('brush_replay'), recording, stopped)
+        player.wait_for_subscribers()
+        player.play(rate)
+        while loop and player.published and not stopped:
+            player.play(rate)
+        player.finish()
+        return player.published
+    finally:
+        rclpy.try_shutdown()
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+
+
+class _Player:
+    """The publishers of a log's topics."""
+
+    def __init__(self, node, recording, stopped):
+        self.published = 0
+        self._recording, self._stopped = recording, stopped
+        self._publishers = {}
+        outputs = {topic.name: topic.type for topic in messages.TOPICS}
+        for message in self._messages():
+            channel = message.channel
+            if channel.topic not in self._publishers:
+                known = outputs.get(name_of(channel)) == channel.schema
+                self._publishers[channel.topic] = node.create_publisher(
+                    _message_class(channel.schema), channel.topic, 100) if known else None
+            if sum(map(bool, self._publishers.values())) == len(outputs):
+                break
+        self._publishers = {topic: one for topic, one in self._publishers.items() if one}
+        if not self._publishers:
+            raise SceneError('holds no outputs to publish', source=str(recording.path))
+
+    def _messages(self):
+        return (record for record in self._recording.records() if isinstance(record, Message))
+
+    def wait_for_subscribers(self):
+        """Give those that are there the time to find us: what is sent before is lost to them."""
+        end = time.monotonic() + _DISCOVERY
+        while time.monotonic() < end and not self._stopped and not all(
+                one.get_subscription_count() for one in self._publishers.values()):
+            time.sleep(_NAP)
+
+    def play(self, rate):
+        """Publish everything once."""
+        start, first = time.monotonic(), None
+        for message in self._messages():
+            publisher = self._publishers.get(message.channel.topic)
+            if publisher is None:
+                continue
+            first = message.log_time if first is None else first
+            self._sleep_until(start + (message.log_time - first) * 1e-9 / rate)
+            if self._stopped:
+                return
+            publisher.publish(message.data)
+            self.published += 1
+
+    def finish(self):
+        """Wait until reliable subscribers have all of it, but not for one that hangs."""
+        from rclpy.duration import Duration
+        for publisher in self._publishers.values():
+            publisher.wait_for_all_acked(Duration(seconds=0.0 if self._stopped else 1.0))
+
+    def _sleep_until(self, deadline):
+        # Short naps: a signal handler that runs during a sleep does not end it.
+        while not self._stopped and (left := deadline - time.monotonic()) > 0.0:
+            time.sleep(min(left, _NAP))
+
+
+def _message_class(type_name):
+    package, _, name = type_name.split('/')
+    return getattr(import_module(f'{package}.msg'), name)
+
+
+def _rate(text):
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = math.nan
+    if not 0.0 < rate < math.inf:
+        raise argparse.ArgumentTypeError(f'{text!r}: must be a number above 0')
+    return rate
+
+
+def main(argv=None):
+    """Run the verb; returns its exit code."""
+    argv = list(sys.argv[1:] if argv is None else argv)
+    split = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
+    parser = Parser('replay', 'Publish the outputs of a log again, or check it.')
+    parser.add_argument('log', help='an .mcap file or a bag directory, also one that was cut off')
+    parser.add_argument('--rate', type=_rate, default=1.0, help='times the speed of the run')
+    parser.add_argument('--loop', action='store_true', help='start again at the end')
+    parser.add_argument('--verify', action='store_true',
+                        help='simulate again and compare, without ROS')
+    options = parser.parse_args(argv[:split])
+    if options.verify:
+        return _report(options.log, verify(options.log))
+    try:
+        import rclpy  # noqa: F401  before anything is done
+    except ImportError as error:
+        raise SceneError(f'publishing needs ROS 2 ({error}): use --verify, or install rclpy',
+                         source='replay') from None
+    count = play(options.log, options.rate, options.loop, argv[split + 1:])
+    print(f'{options.log}: published {count} messages')
+    return 0
+
+
+def _report(path, verdict):
+    for text in verdict.elsewhere:
+        print(f'{path}: not the same machine: {text}')
+    if verdict.elsewhere:
+        print(f'{path}: so values are compared to {TOLERANCE:g} relative')
+    if verdict.cut:
+        print(f'{verdict.cut}; compared is what is there')
+    if verdict.difference:
+        print(f'{path}: first difference: {verdict.difference}')
+        return 1
+    result = f'equal to {TOLERANCE:g} relative' if verdict.elsewhere else 'identical'
+    print(f'{path}: {result}: {verdict.compared} messages, {verdict.applied} commands and resets, '
+          f'{verdict.end:.9g} s')
+    return 0

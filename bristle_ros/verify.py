@@ -1,0 +1,156 @@
+"""Simulates the scene of a log again, with its commands, and compares with its outputs."""
+import math
+from typing import NamedTuple
+
+from . import messages
+from .machine import differences, provenance
+from .recording import is_event, Recording
+
+TOLERANCE = 1e-9        # relative, where other instructions may have been used
+
+
+class Verdict(NamedTuple):
+    """What `verify` found."""
+
+    difference: str     # the first one, '' when there is none
+    compared: int       # messages
+    applied: int        # commands and resets
+    end: float          # [s] of simulation compared
+    elsewhere: list     # how this machine differs from the log's, one text each
+    cut: str            # where the log was cut off, ''
+
+
+def verify(path, simulation_of=None):
+    """
+    Simulate a log's scene with its commands again and compare with its outputs.
+
+    Every message bit by bit; on another machine (see Verdict.elsewhere) every value to TOLERANCE
+    of the largest that its vector has had. `simulation_of`: Scene -> Simulation.
+    Raises SceneError when the log holds no usable scene.
+    """
+    recording = Recording(path)
+    elsewhere = differences(recording.machine, provenance())
+    scene = recording.scene
+    if simulation_of is None:
+        from .simulation import Simulation as simulation_of
+    again = _Again(simulation_of(scene), recording, exact=not elsewhere)
+    difference = ''
+    for entry in recording.entries():
+        difference = again.follow(entry)
+        if difference:
+            break
+    else:
+        if recording.damage:
+            difference = f'the log is damaged: {recording.damage[0]}'
+        elif not again.compared:
+            difference = 'the log holds no outputs'
+    return Verdict(difference, again.compared, again.applied, again.time, elsewhere, recording.cut)
+
+
+class _Again:
+    """The run, done once more along its log."""
+
+    def __init__(self, simulation, recording, exact):
+        self.compared = self.applied = 0
+        self._simulation = simulation
+        self._base = -simulation.step       # run step = base + simulation.step
+        self._its, self._origin = recording.integration_time_step, recording.origin
+        self._exact = exact
+        self._topics = {topic.name: topic for topic in messages.TOPICS}
+        self._scales = {topic.name: [0.0] * len(topic.groups) for topic in messages.TOPICS}
+        self._snapshot = None
+
+    @property
+    def time(self):
+        """[s] since the run's start."""
+        return self._step * self._its
+
+    @property
+    def _step(self):
+        return self._base + self._simulation.step
+
+    def follow(self, entry):
+        """Do what the entry says or compare with it; returns the difference, or ''."""
+        # Imported when the simulation is there anyway: it brings the compiler with it.
+        from .simulation import CommandRefused, StepFailure
+        try:
+            if entry.name in self._topics:
+                return self._goto(entry.step) or self._compare(entry)
+            if entry.name in messages.command_types(True):
+                return self._goto(entry.step) or self._command(entry)
+            if entry.name == messages.EVENTS and is_event(entry, 'reset'):
+                return self._goto(entry.step) or self._reset(entry)
+            if entry.name == messages.EVENTS and is_event(entry, 'failure'):
+                return self._goto(entry.step) or self._fail(entry)
+        except StepFailure as error:
+            return f'{self._place(entry)}: the simulation cannot go on, the log does: {error}'
+        except CommandRefused as error:
+            return f'{self._place(entry)}: the logged command is refused: {error}'
+        except ValueError as error:
+            return f'{self._place(entry)}: {error}'
+        return ''
+
+    def _place(self, entry):
+        return f't = {entry.step * self._its:.9g} s (step {entry.step}), {entry.name}'
+
+    def _goto(self, step):
+        if step < self._step:
+            return f'step {step} comes after step {self._step} in the log'
+        if step > self._step:
+            self._simulation.advance(step - self._step)
+            self._snapshot = None
+        return ''
+
+    def _command(self, entry):
+        values = messages.decode_command(entry.message.channel.schema, entry.message.data)
+        self._simulation.command(entry.name, values)
+        self._snapshot = None
+        self.applied += 1
+        return ''
+
+    def _reset(self, entry):
+        self._simulation.reset()
+        self._base = entry.step - self._simulation.step
+        self._snapshot = None
+        self.applied += 1
+        return ''
+
+    def _fail(self, entry):
+        from .simulation import StepFailure
+        try:
+            self._simulation.advance(1)
+        except StepFailure:
+            return ''
+        return f'{self._place(entry)}: the log ends because a step failed, which it does not here'
+
+    def _compare(self, entry):
+        topic = self._topics[entry.name]
+        if self._snapshot is None:
+            self._snapshot = self._simulation.snapshot()
+        payload = topic.encode(self._snapshot, entry.message.log_time)
+        self.compared += 1
+        if payload == entry.message.data:
+            return ''
+        try:
+            logged = topic.decode(entry.message.data)
+        except ValueError:
+            return f'{self._place(entry)}: the message has {len(entry.message.data)} bytes'
+        here = topic.decode(payload)
+        limits = self._limits(topic, logged)
+        for field, old, new, limit in zip(topic.fields, logged, here, limits):
+            same = old == new or abs(old - new) <= limit or old != old and new != new
+            if not same:
+                return f'{self._place(entry)}.{field}: log {old!r}, simulated {new!r}'
+        # No value differs: on the same machine what is left are stamps, names and signs of zero.
+        return f'{self._place(entry)}: bytes beside its values' if self._exact else ''
+
+    def _limits(self, topic, logged):
+        """Return the largest difference allowed of each value."""
+        if self._exact:
+            return [0.0] * len(logged)
+        limits, at, scales = [], 0, self._scales[topic.name]
+        for index, length in enumerate(topic.groups):
+            scales[index] = max(scales[index], math.hypot(*logged[at:at + length]))
+            limits += [TOLERANCE * scales[index]] * length
+            at += length
+        return limits
