@@ -87,7 +87,7 @@ def _number(text, name, place):
 
 
 def _read_log(path, its):
-    from bristle_ros.replay import read_commands as commands_of_log
+    from bristle_ros.recording import read_commands as commands_of_log
     log_its, commands = commands_of_log(path)
     found = []
     for step, topic, values in commands:

@@ -84,6 +84,10 @@ class Driver:
         """Steps since the start of the run; resets do not turn it back."""
         return self._total
 
+    def now(self):
+        """[ns] on the driver's clock."""
+        return self._clock()
+
     @property
     def real_time_factor(self):
         """Simulated seconds per wall second asked for; 0 is as fast as it goes."""

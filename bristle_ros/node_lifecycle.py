@@ -1,0 +1,255 @@
+"""The lifecycle node: parameters and commands in, snapshots out. Pacing is driver.py's."""
+from bristle_ros import messages, node_parameters
+from bristle_ros.driver import Driver
+from bristle_ros.log import Log
+from bristle_ros.node_topics import Outputs, OVERRIDABLE, RELIABLE
+from bristle_ros.pacing import PacingThread
+from bristle_ros.scene import SceneError, steps
+from bristle_ros.simulation import CommandRefused, Simulation
+from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.clock import Clock, ClockType
+from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+
+OK, WARN, ERROR = range(3)  # levels of a DiagnosticStatus
+CLOSING = 4.0   # [s] what launch leaves between Ctrl-C and a harder signal is 5
+
+
+class BrushNode(LifecycleNode):
+    """
+    The brush in the loop. Relative names unless they start with `/`.
+
+    Subscribes: cmd_brush_speed, cmd_vel, cmd_penetration. Publishes: contact_wrench, tip_wrench,
+    mount_wrench, tip_pose, joint_states, bristle_markers, /diagnostics and, if asked, /clock.
+    Services: ~/pause, ~/step, ~/reset. Configure compiles and opens the log, activate steps,
+    deactivate holds, cleanup releases.
+    """
+
+    def __init__(self, scene, on_end, *, wall_ns):
+        """
+        Declare the parameters; nothing is compiled before the node is configured.
+
+        on_end(error) is called from another thread when the run ends by itself; wall_ns() -> int
+        [ns] is the time of day, for `run.time_origin: wall`.
+        """
+        super().__init__('brush_node')
+        self.scene = scene
+        self.problem, self.quiet = None, False  # why configuring failed; whether others say so
+        self._on_end, self._wall_ns = on_end, wall_ns
+        self._driver = self._log = self._outputs = self._pacing = self._last = None
+        self._entities, self._stopping = [], False
+        self._stepping, self._log_failed, self._late_before = False, False, 0
+        self.normal_force, self.torque = [], []     # filled while `watched`
+        self.watched = False
+        node_parameters.declare(self, scene, self._set_real_time_factor)
+        self.create_timer(1.0, self._diagnose, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    # Transitions; the executor's thread runs them.
+
+    def on_configure(self, state):
+        """Open the log, compile, and enter the graph."""
+        scene, self.problem = self.scene, None
+        origin = self._wall_ns() if scene.run.time_origin == 'wall' else 0
+        try:
+            if scene.log.path:
+                self._log = Log(scene.log.path, scene, resolve=self._resolve, origin=origin)
+            simulation = Simulation(scene)
+            sample = steps(scene, scene.run.sample, 'run.sample') if self._log else 0
+            self._driver = Driver(simulation, sample=sample)
+        except (SceneError, RuntimeError, ValueError) as error:
+            self.problem = error
+            if not self.quiet:
+                self.get_logger().error(str(error))
+            self._release()
+            return TransitionCallbackReturn.FAILURE
+        if self._stopping:
+            return TransitionCallbackReturn.FAILURE
+        self._driver.real_time_factor = self.get_parameter(node_parameters.REAL_TIME_FACTOR).value
+        self._outputs = Outputs(self, scene, origin)
+        self._enter_graph()
+        self.get_logger().info(
+            f'ready: {scene.brush.bristle_count} bristle(s), step '
+            f'{scene.solver.integration_time_step:.6g} s, chunk {scene.run.chunk:.6g} s, compiled '
+            f'in {simulation.compile_time:.3g} s')
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_activate(self, state):
+        """Step from here on."""
+        result = super().on_activate(state)
+        self._pacing = PacingThread(self._driver, self._deliver, self._on_end)
+        self._pacing.start()
+        return result
+
+    def on_deactivate(self, state):
+        """Hold at the end of the chunk that is running."""
+        self._hold()
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state):
+        """Complete the log and release everything."""
+        self._release()
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_shutdown(self, state):
+        """Complete the log and release everything."""
+        self._release()
+        return TransitionCallbackReturn.SUCCESS
+
+    def finish(self):
+        """Hold and complete the log, in whatever state; the process is about to end."""
+        self._stopping = True
+        self._hold(CLOSING / 4)
+        if self._log:
+            self._log.close()
+
+    def _hold(self, limit=None):
+        if self._pacing:
+            self._pacing.stop(limit)
+            self._pacing = None
+
+    def _release(self):
+        self._hold()
+        if self._log:
+            self._log.close()
+        for destroy, entity in self._entities:
+            destroy(entity)
+        self._entities = []
+        if self._outputs:
+            self._outputs.destroy(self)
+        self._driver = self._log = self._outputs = self._last = None
+        self._log_failed, self._late_before = False, 0
+
+    def _resolve(self, name):
+        return self.resolve_topic_name(name)
+
+    # What comes in.
+
+    def _enter_graph(self):
+        def listen(type_, topic, values):
+            def callback(message):
+                self._take(topic, values(message))
+            subscription = self.create_subscription(
+                type_, topic, callback, RELIABLE, qos_overriding_options=OVERRIDABLE)
+            self._entities.append((self.destroy_subscription, subscription))
+
+        def twist(message):
+            return message.linear.x, message.linear.y, message.angular.z
+
+        listen(Float64, 'cmd_brush_speed', lambda message: (message.data,))
+        listen(Float64, 'cmd_penetration', lambda message: (message.data,))
+        if self.scene.run.stamped_cmd_vel:
+            listen(TwistStamped, 'cmd_vel', lambda message: twist(message.twist))
+        else:
+            listen(Twist, 'cmd_vel', twist)
+        for type_, name, callback in ((SetBool, '~/pause', self._pause),
+                                      (Trigger, '~/step', self._step),
+                                      (Trigger, '~/reset', self._reset)):
+            self._entities.append(
+                (self.destroy_service, self.create_service(type_, name, callback)))
+
+    def _take(self, topic, values):
+        if not self._pacing:
+            return  # an inactive node would only keep it until it is stale
+        try:
+            self._driver.command(topic, values)
+        except CommandRefused as refused:
+            self.get_logger().warning(f'refused: {refused}', throttle_duration_sec=5.0)
+
+    def _pause(self, request, response):
+        driver, pacing = self._driver, self._pacing
+        if request.data:
+            driver.pause()
+        else:
+            driver.resume()
+        if pacing:
+            pacing.wake()
+            pacing.settle()
+        response.success = True
+        response.message = f'{"paused" if request.data else "running"} at {self._time()}'
+        return response
+
+    def _step(self, request, response):
+        if not self._pacing:
+            response.message = 'the node is not active'
+        elif not self._driver.paused:
+            response.message = 'not paused: call ~/pause first'
+        else:
+            self._stepping = True
+            response.success = self._pacing.step_once()
+            self._stepping = False
+            response.message = f'at {self._time()}'
+        return response
+
+    def _reset(self, request, response):
+        self._driver.reset()
+        response.success = True
+        response.message = f"back to the scene's start with the next chunk, from {self._time()} on"
+        return response
+
+    def _time(self):
+        return f'{self._driver.total_step * self._driver.its:.6f} s'
+
+    def _set_real_time_factor(self, factor):
+        if self._driver:
+            self._driver.real_time_factor = factor
+        if self._pacing:
+            self._pacing.wake()
+
+    # What goes out.
+
+    def _deliver(self, chunk):
+        """Publish and log a chunk; the pacing thread calls this."""
+        driver = self._driver
+        snapshot = self._last = chunk.last
+        self._outputs.publish(snapshot, driver.simulation.centreline, driver.now(),
+                              clock=self._stepping)
+        if self._log and self._log.write(chunk):
+            driver.late_chunks += 1  # it waited for the disk
+        if self.watched:
+            self.normal_force.append(float(snapshot.contact_force[:, 2].sum())
+                                     * self.scene.brush.wires_per_bristle)
+            self.torque.append(-float(snapshot.brush_torque[2]))
+
+    def _diagnose(self):
+        driver, log, last = self._driver, self._log, self._last
+        if driver is None or self._outputs is None:
+            return
+        if log and log.failed and not self._log_failed:
+            self._log_failed = True
+            self.get_logger().error(f'logging ended, the brush goes on: {log.failed}')
+        late = driver.late_chunks - self._late_before
+        self._late_before = driver.late_chunks
+        reached = driver.reached()
+        level, text = OK, 'running' if self._pacing and not driver.paused else 'holding'
+        if late:
+            level, text = WARN, f'{late} late chunks in the last second'
+        if log and log.failed:
+            level, text = ERROR, f'logging ended: {log.failed}'
+        values = {
+            'real-time factor asked': f'{driver.real_time_factor:.6g}',
+            'real-time factor reached': f'{reached:.4f}',
+            'late chunks': driver.late_chunks,
+            'wall time given up [s]': f'{driver.shed * 1e-9:.3f}',
+            'estimated error': f'{last.error_estimate:.3g}' if last else '',
+            'Newton failures': getattr(driver.simulation, 'newton_failures', 0),
+            'log backlog': log.backlog if log else 0,
+            'refused commands': driver.refused,
+            'simulation time [s]': f'{driver.total_step * driver.its:.6f}'}
+        payload = self._outputs.diagnose(
+            driver.total_step, [(level, f'{self.get_name()}: simulation', text, 'brush', values)])
+        if log:
+            log.message(driver.total_step, '/diagnostics', messages.DIAGNOSTICS, payload)
+
+    def status(self):
+        """Return the status line, over the time since it was last asked for; '' before the run."""
+        self.watched = True
+        driver = self._driver
+        if driver is None or not self._pacing:
+            return ''
+        forces, self.normal_force = self.normal_force, []
+        torques, self.torque = self.torque, []
+        n = max(1, min(len(forces), len(torques)))
+        state = 'paused' if driver.paused else f'real-time factor {driver.reached():.3f}'
+        return (f'{self._time()}  {state}  normal force {sum(forces) / n:.4g} N  brush torque '
+                f'{sum(torques) / n:.4g} N m  late chunks {driver.late_chunks}')
