@@ -1,0 +1,1 @@
+"""Compiled kernels of the bristle: arrays and floats in, arrays changed in place."""

@@ -1,0 +1,222 @@
+"""
+The tip against the road: unilateral contact with Coulomb friction, one point, solved exactly.
+
+All in road axes (z the road's normal), over one step of length h from gap g0 to gap g1. The contact
+force is constant over the step, and the laws hold between force and displacement over the step:
+
+    spring    f_n (g1 - g0) = Phi(g0) - Phi(g1),  Phi = Kn min(g, 0)^2 / 2      (discrete gradient)
+    rigid     g1 >= 0,  f_n >= 0,  f_n g1 = 0
+    friction  |f_t| <= mu f_n, opposite to the slip s where it slips, s = 0 where it sticks
+
+so that the work of the contact is what the spring stores, minus what damping and friction take: at
+no step size can it inject energy. Discrete gradient: Gonzalez, Simo (1996); for contact Laursen,
+Love (2002), Int. J. Numer. Meth. Eng. 53, 245. Friction: the paper's eq. (1),
+mu = mu_k + (mu_s - mu_k) exp(-c_v |s| / h); stick is taken wherever it is admissible.
+"""
+from math import exp, sqrt
+from typing import NamedTuple
+
+from .jit import jit
+
+OPEN = 0.0
+SLIP = 1.0
+STICK = 2.0
+ITERATIONS = 100
+
+
+class ContactLaw(NamedTuple):
+    """Normal and friction law of the tip."""
+
+    stiffness: float    # Kn [N/m]; 0 stands for rigid
+    damping: float      # Hunt-Crossley [s/m]
+    static: float       # mu_s
+    kinetic: float      # mu_k
+    decay: float        # c_v [s/m]
+
+
+@jit
+def spring_energy(stiffness, gap):
+    """Return what the contact spring stores at this gap [J]."""
+    if gap < 0.0:
+        return 0.5 * stiffness * gap * gap
+    return 0.0
+
+
+@jit
+def normal_force(law, h, gap0, gap1):
+    """
+    Return the normal force [N] of a step from gap0 to gap1 [m]; finite stiffness.
+
+    The spring's discrete gradient times the Hunt-Crossley factor 1 + damping * (penetration rate).
+    Never negative, and monotone: it falls as gap1 grows.
+    """
+    if gap0 <= 0.0:
+        if gap1 <= 0.0:
+            force = -0.5 * law.stiffness * (gap0 + gap1)
+        else:
+            force = 0.5 * law.stiffness * gap0 * gap0 / (gap1 - gap0)
+    elif gap1 < 0.0:
+        force = 0.5 * law.stiffness * gap1 * gap1 / (gap0 - gap1)
+    else:
+        return 0.0
+    factor = 1.0 + law.damping * (gap0 - gap1) / h
+    if factor < 0.0:
+        return 0.0
+    return force * factor
+
+
+@jit
+def _bounded(w11, w12, w21, w22, s1, s2, bound):
+    """
+    Return the friction force of magnitude `bound` that opposes its own slip.
+
+    (W + sigma I) f = -s with sigma >= 0 and |f| = bound: the trust-region problem; Newton's method
+    on 1/|f| - 1/bound converges from sigma = 0 without safeguards (More, Sorensen 1983).
+    """
+    sigma = 0.0
+    f1 = 0.0
+    f2 = 0.0
+    for _ in range(ITERATIONS):
+        a = w11 + sigma
+        d = w22 + sigma
+        inverse = 1.0 / (a * d - w12 * w21)
+        f1 = (-s1 * d + s2 * w12) * inverse
+        f2 = (s1 * w21 - s2 * a) * inverse
+        size = sqrt(f1 * f1 + f2 * f2)
+        if size <= bound * (1.0 + 1e-14):
+            break
+        g1 = (f1 * d - f2 * w12) * inverse
+        g2 = (f2 * a - f1 * w21) * inverse
+        sigma += size * size / (f1 * g1 + f2 * g2) * (size - bound) / bound
+    size = sqrt(f1 * f1 + f2 * f2)
+    if size > 0.0:
+        f1 *= bound / size
+        f2 *= bound / size
+    return f1, f2
+
+
+@jit
+def _friction(law, h, w, base1, base2, normal):
+    """Return f_t (two components), and STICK or SLIP, at this normal force."""
+    s1 = base1 + w[0, 2] * normal
+    s2 = base2 + w[1, 2] * normal
+    inverse = 1.0 / (w[0, 0] * w[1, 1] - w[0, 1] * w[1, 0])
+    f1 = (-s1 * w[1, 1] + s2 * w[0, 1]) * inverse
+    f2 = (s1 * w[1, 0] - s2 * w[0, 0]) * inverse
+    if f1 * f1 + f2 * f2 <= (law.static * normal) ** 2:
+        return f1, f2, STICK
+    high = law.static * normal
+    f1, f2 = _bounded(w[0, 0], w[0, 1], w[1, 0], w[1, 1], s1, s2, high)
+    if law.static == law.kinetic or law.decay == 0.0:
+        return f1, f2, SLIP
+    # the bound depends on the slip speed: bracket, then regula falsi (Illinois)
+    low = law.kinetic * normal
+    at_high = high - _bound_at(law, h, w, s1, s2, f1, f2, normal)
+    f1, f2 = _bounded(w[0, 0], w[0, 1], w[1, 0], w[1, 1], s1, s2, low)
+    at_low = low - _bound_at(law, h, w, s1, s2, f1, f2, normal)
+    side = 0
+    for _ in range(ITERATIONS):
+        if at_low >= 0.0 or high - low <= 1e-14 * high:
+            break
+        bound = high - at_high * (high - low) / (at_high - at_low)
+        f1, f2 = _bounded(w[0, 0], w[0, 1], w[1, 0], w[1, 1], s1, s2, bound)
+        here = bound - _bound_at(law, h, w, s1, s2, f1, f2, normal)
+        if abs(here) <= 1e-15 * high:
+            break
+        if here > 0.0:
+            high, at_high = bound, here
+            if side < 0:
+                at_low *= 0.5
+            side = -1
+        else:
+            low, at_low = bound, here
+            if side > 0:
+                at_high *= 0.5
+            side = 1
+    return f1, f2, SLIP
+
+
+@jit
+def _bound_at(law, h, w, s1, s2, f1, f2, normal):
+    """Return mu f_n at the slip that this friction force leaves."""
+    d1 = s1 + w[0, 0] * f1 + w[0, 1] * f2
+    d2 = s2 + w[1, 0] * f1 + w[1, 1] * f2
+    speed = sqrt(d1 * d1 + d2 * d2) / h
+    return (law.kinetic + (law.static - law.kinetic) * exp(-law.decay * speed)) * normal
+
+
+@jit
+def _mismatch(law, h, w, gap0, base, normal, force):
+    """Fill `force` at this normal force; return how much more of it the normal law wants."""
+    if law.static > 0.0:
+        force[0], force[1], state = _friction(law, h, w, base[0], base[1], normal)
+    else:
+        force[0] = 0.0
+        force[1] = 0.0
+        state = SLIP
+    force[2] = normal
+    gap1 = base[2] + w[2, 0] * force[0] + w[2, 1] * force[1] + w[2, 2] * normal
+    if law.stiffness == 0.0:
+        return -gap1, state
+    return normal_force(law, h, gap0, gap1) - normal, state
+
+
+@jit
+def solve_contact(law, h, w, gap0, base, guess, force):
+    """
+    Solve the one-point contact problem of a step; fill `force` [N] (3,), return OPEN, SLIP or STICK.
+
+    w [m/N] : (3, 3)      compliance of the tip: displacement over the step per unit of force
+    gap0 [m] : float      gap at the start of the step
+    base [m] : (3,)       slip over the step and gap at its end if there were no contact force
+    guess [N] : float     normal force to start from
+    The mismatch of the normal law has one sign at zero and the other for large forces, since w is
+    positive definite; between them regula falsi (Illinois) always ends.
+    """
+    force[0] = 0.0
+    force[1] = 0.0
+    force[2] = 0.0
+    if base[2] >= 0.0 and (gap0 >= 0.0 or law.stiffness == 0.0):
+        return OPEN
+    low = 0.0
+    if law.stiffness == 0.0:
+        at_low = -base[2]
+    else:
+        at_low = normal_force(law, h, gap0, base[2])
+    if at_low <= 0.0:
+        return OPEN
+    high = guess
+    if high <= 0.0:
+        high = at_low / w[2, 2] if law.stiffness == 0.0 else at_low / (
+            1.0 + law.stiffness * w[2, 2])
+    at_high, state = _mismatch(law, h, w, gap0, base, high, force)
+    for _ in range(ITERATIONS):
+        if at_high <= 0.0:
+            break
+        low = high
+        at_low = at_high
+        high *= 2.0
+        at_high, state = _mismatch(law, h, w, gap0, base, high, force)
+    last = 0.0
+    side = 0
+    for _ in range(ITERATIONS):
+        if at_high == 0.0 or high - low <= 2e-16 * high:
+            break
+        normal = high - at_high * (high - low) / (at_high - at_low)
+        if not low < normal < high:
+            normal = 0.5 * (low + high)
+        here, state = _mismatch(law, h, w, gap0, base, normal, force)
+        if here == 0.0 or abs(normal - last) <= 2e-16 * normal:
+            break
+        last = normal
+        if here < 0.0:
+            high, at_high = normal, here
+            if side < 0:
+                at_low *= 0.5
+            side = -1
+        else:
+            low, at_low = normal, here
+            if side > 0:
+                at_high *= 0.5
+            side = 1
+    return state

@@ -1,0 +1,183 @@
+"""
+Motion of the brush frame: what the bristle feels of the brush, the sweeper and the road.
+
+Whatever moves the brush, the bristle sees six 3-vectors in its own axes, the orientation of those
+axes and the height of the mount above the road (a frame record). Orientation, brush to road:
+
+    R = Rz(heading) Rz(tilt azimuth) Ry(attack angle) Rz(-tilt azimuth) Rz(theta)
+
+`motion` holds the ramps that commands change; `Drive` what stays.
+"""
+from math import cos, floor, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from .drive import profile_at, RAMP, ramp_at
+from .jit import jit
+
+# frame record
+ROTATION = 0        # 9  brush axes to road axes, row by row
+SPIN = 9            # 3  Omega [rad/s], brush axes
+SPIN_RATE = 12      # 3  its rate [rad/s^2], brush axes
+GRAVITY = 15        # 3  gravity minus the mount's acceleration [m/s^2], brush axes
+VELOCITY = 18       # 3  of the mount centre over the road [m/s], road axes
+HEIGHT = 21         # 1  of the mount centre over the road plane [m]
+HEIGHT_RATE = 22    # 1
+THETA = 23          # 1  exact angle, speed of the brush, whatever the load steps are
+OMEGA = 24          # 1
+CLAMP = 25          # 7  position and quaternion of the clamped node
+FRAME = 32
+
+# motion: ramps of mean speed, yaw rate, penetration and sweeper velocity, and the approach
+SPEED = 0
+YAW = RAMP
+PENETRATION = 2 * RAMP
+FORWARD = 3 * RAMP
+LEFT = 4 * RAMP
+APPROACHING = 5 * RAMP      # 1 until the first command to the road
+MOTION = APPROACHING + 1
+
+# what is linear between load steps
+_BASIC = 13
+
+
+class Drive(NamedTuple):
+    """What determines the brush frame's motion and no command changes; SI units."""
+
+    profile: int
+    alternating_speed: float
+    frequency: float
+    shape: float
+    start_angle: float
+    cos_attack: float
+    sin_attack: float
+    tilt_azimuth: float
+    gravity: float
+    tip_depth: float        # of the lowest undeformed tip below the mount centre [m]
+    penetration: float      # at the end of the approach [m]
+    approach_time: float    # [s]
+    mount_x: float          # of the mount centre in the sweeper's turning axes [m]
+    mount_y: float
+    time_step: float        # TS [s]; 0: exact at every time
+
+
+@jit
+def _basics_at(t, drive, motion, out):
+    """Fill the scalars that the frame is made of, at time t."""
+    mean, mean_rate, turned = ramp_at(motion, SPEED, t)
+    angle, speed, acceleration = profile_at(t, drive.profile, drive.alternating_speed,
+                                            drive.frequency, drive.shape)
+    out[0] = drive.start_angle + turned + angle
+    out[1] = mean + speed
+    out[2] = mean_rate + acceleration
+    yaw, yaw_rate, heading = ramp_at(motion, YAW, t)
+    out[3] = heading
+    out[4] = yaw
+    out[5] = yaw_rate
+    out[6], out[7], _ = ramp_at(motion, FORWARD, t)
+    out[8], out[9], _ = ramp_at(motion, LEFT, t)
+    if motion[APPROACHING] > 0.0:
+        if t < drive.approach_time:
+            s = t / drive.approach_time
+            depth = drive.penetration * s * s * (3.0 - 2.0 * s)
+            rate = drive.penetration * 6.0 * s * (1.0 - s) / drive.approach_time
+        else:
+            depth = drive.penetration
+            rate = 0.0
+    else:
+        depth, rate, _ = ramp_at(motion, PENETRATION, t)
+    out[10] = drive.tip_depth - depth
+    out[11] = -rate
+
+
+@jit
+def frame_at(t, drive, motion, basics, frame):
+    """
+    Fill the frame record at time t [s].
+
+    motion : (MOTION,), basics : (2, 13) scratch, frame : (FRAME,)
+    With load steps (time_step > 0) the basics are linear between multiples of time_step: OMEGA,
+    DOMEGA and the motion of the paper's pilot node, ramped. THETA and OMEGA stay exact.
+    """
+    if drive.time_step > 0.0:
+        n = floor(t / drive.time_step + 1e-9)
+        part = t / drive.time_step - n
+        _basics_at(t, drive, motion, basics[0])
+        frame[THETA] = basics[0, 0]
+        frame[OMEGA] = basics[0, 1]
+        if part > 1e-9:
+            _basics_at(n * drive.time_step, drive, motion, basics[0])
+            _basics_at((n + 1.0) * drive.time_step, drive, motion, basics[1])
+            for i in range(_BASIC):
+                basics[0, i] += part * (basics[1, i] - basics[0, i])
+    else:
+        _basics_at(t, drive, motion, basics[0])
+        frame[THETA] = basics[0, 0]
+        frame[OMEGA] = basics[0, 1]
+    theta, omega, alpha, heading, yaw, yaw_rate = (
+        basics[0, 0], basics[0, 1], basics[0, 2], basics[0, 3], basics[0, 4], basics[0, 5])
+    vx, vx_rate, vy, vy_rate = basics[0, 6], basics[0, 7], basics[0, 8], basics[0, 9]
+
+    turn = theta - drive.tilt_azimuth
+    ct, st = cos(turn), sin(turn)
+    front = heading + drive.tilt_azimuth
+    cf, sf = cos(front), sin(front)
+    ca, sa = drive.cos_attack, drive.sin_attack
+    frame[ROTATION] = cf * ca * ct - sf * st
+    frame[ROTATION + 1] = -cf * ca * st - sf * ct
+    frame[ROTATION + 2] = cf * sa
+    frame[ROTATION + 3] = sf * ca * ct + cf * st
+    frame[ROTATION + 4] = -sf * ca * st + cf * ct
+    frame[ROTATION + 5] = sf * sa
+    frame[ROTATION + 6] = -sa * ct
+    frame[ROTATION + 7] = sa * st
+    frame[ROTATION + 8] = ca
+    up1, up2, up3 = -sa * ct, sa * st, ca       # road z in brush axes
+    frame[SPIN] = yaw * up1
+    frame[SPIN + 1] = yaw * up2
+    frame[SPIN + 2] = yaw * up3 + omega
+    # d(up)/dt in brush axes = -Omega x up = -omega z x up
+    frame[SPIN_RATE] = yaw_rate * up1 + yaw * omega * up2
+    frame[SPIN_RATE + 1] = yaw_rate * up2 - yaw * omega * up1
+    frame[SPIN_RATE + 2] = yaw_rate * up3 + alpha
+
+    # mount centre: velocity and acceleration from the sweeper's base, turning axes, then road axes
+    ux = vx - yaw * drive.mount_y
+    uy = vy + yaw * drive.mount_x
+    ax = vx_rate - yaw_rate * drive.mount_y - yaw * uy
+    ay = vy_rate + yaw_rate * drive.mount_x + yaw * ux
+    ch, sh = cos(heading), sin(heading)
+    frame[VELOCITY] = ch * ux - sh * uy
+    frame[VELOCITY + 1] = sh * ux + ch * uy
+    frame[VELOCITY + 2] = 0.0
+    gx = -(ch * ax - sh * ay)
+    gy = -(sh * ax + ch * ay)
+    gz = -drive.gravity
+    for i in range(3):
+        frame[GRAVITY + i] = (frame[ROTATION + i] * gx + frame[ROTATION + 3 + i] * gy
+                              + frame[ROTATION + 6 + i] * gz)
+    frame[HEIGHT] = basics[0, 10]
+    frame[HEIGHT_RATE] = basics[0, 11]
+
+
+@jit
+def turn_frame(frame, cosine, sine, turned):
+    """Copy a frame record for the bristle at the azimuth with this cosine and sine: own axes."""
+    for row in range(3):
+        x, y = frame[ROTATION + 3 * row], frame[ROTATION + 3 * row + 1]
+        turned[ROTATION + 3 * row] = cosine * x + sine * y
+        turned[ROTATION + 3 * row + 1] = cosine * y - sine * x
+        turned[ROTATION + 3 * row + 2] = frame[ROTATION + 3 * row + 2]
+    for vector in (SPIN, SPIN_RATE, GRAVITY):
+        x, y = frame[vector], frame[vector + 1]
+        turned[vector] = cosine * x + sine * y
+        turned[vector + 1] = cosine * y - sine * x
+        turned[vector + 2] = frame[vector + 2]
+    for i in range(VELOCITY, FRAME):
+        turned[i] = frame[i]
+
+
+def new_motion():
+    """Return a motion at rest: every ramp over, at zero."""
+    return np.zeros(MOTION)

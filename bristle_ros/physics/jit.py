@@ -1,0 +1,36 @@
+"""The one `jit`: compiler flags, and a cache that notices an edit in any kernel file."""
+import hashlib
+import os
+from pathlib import Path
+import tempfile
+
+import numba
+
+SOURCES = sorted(Path(__file__).resolve().parent.glob('*.py'))  # every kernel is in this folder
+
+
+def _cache_directory():
+    """
+    Return a folder named by what is in the kernel files and what compiles them.
+
+    numba looks only at the outer function's own file, so an edit in a kernel that it calls would
+    not count; a new folder for each content does what is needed.
+    """
+    digest = hashlib.sha256(numba.__version__.encode())
+    for path in SOURCES:
+        digest.update(path.read_bytes())
+    home = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache')
+    folder = home / 'bristle_ros' / digest.hexdigest()[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError:  # a read-only home: compile anew in each process
+        return Path(tempfile.mkdtemp(prefix='bristle_ros_'))
+
+
+numba.config.CACHE_DIR = str(_cache_directory())
+
+# 'contract' fuses multiply-add, 'nsz' and 'arcp' free the vectoriser; NaN and infinity stay honest.
+# error_model: the division check of Python is a branch, and a branch stops the vectoriser.
+jit = numba.njit(cache=True, nogil=True, error_model='numpy', fastmath={'contract', 'nsz', 'arcp'})

@@ -1,0 +1,203 @@
+"""
+Equation of motion of the nodes in the brush frame: inertia, frame forces, damping; their update.
+
+A node at x with velocity v relative to the brush frame, frame rates Omega and Omega', feels
+
+    m (g - a0 - 2 Omega x v - Omega x (Omega x x) - Omega' x x) - alpha_D m v
+
+(centrifugal, Euler and Coriolis are the paper's OMEGA, DOMEGA and CORIOLIS), and its section, with
+W = w + R^T Omega its absolute angular velocity in section axes,
+
+    -J (w' + R^T Omega' - w x R^T Omega) - W x J W - alpha_D J w.
+
+The mass is lumped by the three-point Gauss-Lobatto rule, so all of it is nodal.
+"""
+from .frame import GRAVITY, SPIN, SPIN_RATE
+from .jit import jit
+from .layout import (A0, ACC0, BLOCK, FORCE, HA, HV, INERTIA, LANES, MASS, Q, Q0, R, TORQUE, V0,
+                     X, X0)
+
+
+@jit
+def begin_step(s, blocks, h, scheme):
+    """
+    Fill the histories HA, HV and put the predicted positions into X, Q.
+
+    With u the increment over the step (for rotations the vector 2 tan(angle / 2) along the axis)
+    generalized-alpha gives acceleration = ca u - HA and velocity = cv u + HV; see scheme.py.
+    """
+    relation = 1.0 / (1.0 - scheme.alpha_f)
+    by_velocity = (1.0 - scheme.alpha_m) * relation / (scheme.beta * h)
+    by_pseudo = ((1.0 - scheme.alpha_m) * (0.5 / scheme.beta - 1.0) - scheme.alpha_m) * relation
+    by_acceleration = scheme.alpha_f * relation
+    keep = 1.0 - scheme.gamma / scheme.beta
+    drift = h * (1.0 - 0.5 * scheme.gamma / scheme.beta)
+    half = 0.5 * h * h
+    for j in range(blocks):
+        b = s[j * BLOCK:(j + 1) * BLOCK]
+        for row in range(6):
+            for i in range(LANES):
+                v = b[(V0 + row) * LANES + i]
+                a = b[(A0 + row) * LANES + i]
+                b[(HA + row) * LANES + i] = (by_velocity * v + by_pseudo * a
+                                             + by_acceleration * b[(ACC0 + row) * LANES + i])
+                b[(HV + row) * LANES + i] = keep * v + drift * a
+        for row in range(3):
+            for i in range(LANES):
+                b[(X + row) * LANES + i] = (
+                    b[(X0 + row) * LANES + i] + h * b[(V0 + row) * LANES + i]
+                    + half * b[(A0 + row) * LANES + i])
+        for i in range(LANES):
+            t1 = 0.5 * (h * b[(V0 + 3) * LANES + i] + half * b[(A0 + 3) * LANES + i])
+            t2 = 0.5 * (h * b[(V0 + 4) * LANES + i] + half * b[(A0 + 4) * LANES + i])
+            t3 = 0.5 * (h * b[(V0 + 5) * LANES + i] + half * b[(A0 + 5) * LANES + i])
+            q0, q1, q2, q3 = (b[Q0 * LANES + i], b[(Q0 + 1) * LANES + i],
+                              b[(Q0 + 2) * LANES + i], b[(Q0 + 3) * LANES + i])
+            n = 1.0 / (1.0 + t1 * t1 + t2 * t2 + t3 * t3) ** 0.5
+            b[Q * LANES + i] = n * (q0 - q1 * t1 - q2 * t2 - q3 * t3)
+            b[(Q + 1) * LANES + i] = n * (q1 + q0 * t1 + q2 * t3 - q3 * t2)
+            b[(Q + 2) * LANES + i] = n * (q2 + q0 * t2 + q3 * t1 - q1 * t3)
+            b[(Q + 3) * LANES + i] = n * (q3 + q0 * t3 + q1 * t2 - q2 * t1)
+
+
+@jit
+def residual(s, blocks, ca, cv, mass_damping, frame):
+    """
+    Fill the residual rows from the internal forces and the present increment; section axes.
+
+    ca [1/s^2], cv [1/s], mass_damping (alpha_D) [1/s] : float;  frame : (FRAME,), end of the step
+    """
+    o1, o2, o3 = frame[SPIN], frame[SPIN + 1], frame[SPIN + 2]
+    d1, d2, d3 = frame[SPIN_RATE], frame[SPIN_RATE + 1], frame[SPIN_RATE + 2]
+    g1, g2, g3 = frame[GRAVITY], frame[GRAVITY + 1], frame[GRAVITY + 2]
+    square = o1 * o1 + o2 * o2 + o3 * o3
+    for j in range(blocks):
+        b = s[j * BLOCK:(j + 1) * BLOCK]
+        for i in range(LANES):
+            x1 = b[X * LANES + i]
+            x2 = b[(X + 1) * LANES + i]
+            x3 = b[(X + 2) * LANES + i]
+            u1 = x1 - b[X0 * LANES + i]
+            u2 = x2 - b[(X0 + 1) * LANES + i]
+            u3 = x3 - b[(X0 + 2) * LANES + i]
+            v1 = cv * u1 + b[HV * LANES + i]
+            v2 = cv * u2 + b[(HV + 1) * LANES + i]
+            v3 = cv * u3 + b[(HV + 2) * LANES + i]
+            ox = o1 * x1 + o2 * x2 + o3 * x3
+            m = b[MASS * LANES + i]
+            f1 = m * (g1 - 2.0 * (o2 * v3 - o3 * v2) - o1 * ox + square * x1 - (d2 * x3 - d3 * x2)
+                      - mass_damping * v1 - ca * u1 + b[HA * LANES + i]) - b[FORCE * LANES + i]
+            f2 = m * (g2 - 2.0 * (o3 * v1 - o1 * v3) - o2 * ox + square * x2 - (d3 * x1 - d1 * x3)
+                      - mass_damping * v2 - ca * u2 + b[(HA + 1) * LANES + i]
+                      ) - b[(FORCE + 1) * LANES + i]
+            f3 = m * (g3 - 2.0 * (o1 * v2 - o2 * v1) - o3 * ox + square * x3 - (d1 * x2 - d2 * x1)
+                      - mass_damping * v3 - ca * u3 + b[(HA + 2) * LANES + i]
+                      ) - b[(FORCE + 2) * LANES + i]
+            q0 = b[Q * LANES + i]
+            q1 = b[(Q + 1) * LANES + i]
+            q2 = b[(Q + 2) * LANES + i]
+            q3 = b[(Q + 3) * LANES + i]
+            r11 = 1.0 - 2.0 * (q2 * q2 + q3 * q3)
+            r12 = 2.0 * (q1 * q2 - q0 * q3)
+            r13 = 2.0 * (q1 * q3 + q0 * q2)
+            r21 = 2.0 * (q1 * q2 + q0 * q3)
+            r22 = 1.0 - 2.0 * (q1 * q1 + q3 * q3)
+            r23 = 2.0 * (q2 * q3 - q0 * q1)
+            r31 = 2.0 * (q1 * q3 - q0 * q2)
+            r32 = 2.0 * (q2 * q3 + q0 * q1)
+            r33 = 1.0 - 2.0 * (q1 * q1 + q2 * q2)
+            b[R * LANES + i] = r11 * f1 + r21 * f2 + r31 * f3
+            b[(R + 1) * LANES + i] = r12 * f1 + r22 * f2 + r32 * f3
+            b[(R + 2) * LANES + i] = r13 * f1 + r23 * f2 + r33 * f3
+            s0 = b[Q0 * LANES + i]
+            s1 = b[(Q0 + 1) * LANES + i]
+            s2 = b[(Q0 + 2) * LANES + i]
+            s3 = b[(Q0 + 3) * LANES + i]
+            inverse = 2.0 / (s0 * q0 + s1 * q1 + s2 * q2 + s3 * q3)
+            t1 = inverse * (s0 * q1 - q0 * s1 - s2 * q3 + s3 * q2)
+            t2 = inverse * (s0 * q2 - q0 * s2 - s3 * q1 + s1 * q3)
+            t3 = inverse * (s0 * q3 - q0 * s3 - s1 * q2 + s2 * q1)
+            w1 = cv * t1 + b[(HV + 3) * LANES + i]
+            w2 = cv * t2 + b[(HV + 4) * LANES + i]
+            w3 = cv * t3 + b[(HV + 5) * LANES + i]
+            p1 = r11 * o1 + r21 * o2 + r31 * o3
+            p2 = r12 * o1 + r22 * o2 + r32 * o3
+            p3 = r13 * o1 + r23 * o2 + r33 * o3
+            a1 = (ca * t1 - b[(HA + 3) * LANES + i] + r11 * d1 + r21 * d2 + r31 * d3
+                  - w2 * p3 + w3 * p2)
+            a2 = (ca * t2 - b[(HA + 4) * LANES + i] + r12 * d1 + r22 * d2 + r32 * d3
+                  - w3 * p1 + w1 * p3)
+            a3 = (ca * t3 - b[(HA + 5) * LANES + i] + r13 * d1 + r23 * d2 + r33 * d3
+                  - w1 * p2 + w2 * p1)
+            p1 = p1 + w1
+            p2 = p2 + w2
+            p3 = p3 + w3
+            i1 = b[INERTIA * LANES + i]
+            i2 = b[(INERTIA + 1) * LANES + i]
+            i3 = b[(INERTIA + 2) * LANES + i]
+            y0 = b[TORQUE * LANES + i]
+            y1 = b[(TORQUE + 1) * LANES + i]
+            y2 = b[(TORQUE + 2) * LANES + i]
+            y3 = b[(TORQUE + 3) * LANES + i]
+            b[(R + 3) * LANES + i] = (
+                -(q0 * y1 - y0 * q1 - q2 * y3 + q3 * y2)
+                - i1 * (a1 + mass_damping * w1) - (i3 - i2) * p2 * p3)
+            b[(R + 4) * LANES + i] = (
+                -(q0 * y2 - y0 * q2 - q3 * y1 + q1 * y3)
+                - i2 * (a2 + mass_damping * w2) - (i1 - i3) * p3 * p1)
+            b[(R + 5) * LANES + i] = (
+                -(q0 * y3 - y0 * q3 - q1 * y2 + q2 * y1)
+                - i3 * (a3 + mass_damping * w3) - (i2 - i1) * p1 * p2)
+
+
+@jit
+def accept_step(s, blocks, h, scheme):
+    """Carry positions, velocities and accelerations over to the start of the next step."""
+    beta_h2 = 1.0 / (scheme.beta * h * h)
+    ca = beta_h2 * (1.0 - scheme.alpha_m) / (1.0 - scheme.alpha_f)
+    cv = scheme.gamma / (scheme.beta * h)
+    back = 1.0 / (1.0 - scheme.alpha_m)
+    for j in range(blocks):
+        b = s[j * BLOCK:(j + 1) * BLOCK]
+        for i in range(LANES):  # rotation increments
+            q0, q1, q2, q3 = (b[Q * LANES + i], b[(Q + 1) * LANES + i],
+                              b[(Q + 2) * LANES + i], b[(Q + 3) * LANES + i])
+            s0, s1, s2, s3 = (b[Q0 * LANES + i], b[(Q0 + 1) * LANES + i],
+                              b[(Q0 + 2) * LANES + i], b[(Q0 + 3) * LANES + i])
+            inverse = 2.0 / (s0 * q0 + s1 * q1 + s2 * q2 + s3 * q3)
+            b[(R + 3) * LANES + i] = inverse * (s0 * q1 - q0 * s1 - s2 * q3 + s3 * q2)
+            b[(R + 4) * LANES + i] = inverse * (s0 * q2 - q0 * s2 - s3 * q1 + s1 * q3)
+            b[(R + 5) * LANES + i] = inverse * (s0 * q3 - q0 * s3 - s1 * q2 + s2 * q1)
+            b[R * LANES + i] = b[X * LANES + i] - b[X0 * LANES + i]
+            b[(R + 1) * LANES + i] = b[(X + 1) * LANES + i] - b[(X0 + 1) * LANES + i]
+            b[(R + 2) * LANES + i] = b[(X + 2) * LANES + i] - b[(X0 + 2) * LANES + i]
+        for row in range(6):
+            for i in range(LANES):
+                u = b[(R + row) * LANES + i]
+                acceleration = ca * u - b[(HA + row) * LANES + i]
+                b[(V0 + row) * LANES + i] = cv * u + b[(HV + row) * LANES + i]
+                b[(A0 + row) * LANES + i] = back * (
+                    (1.0 - scheme.alpha_f) * acceleration
+                    + scheme.alpha_f * b[(ACC0 + row) * LANES + i]
+                    - scheme.alpha_m * b[(A0 + row) * LANES + i])
+                b[(ACC0 + row) * LANES + i] = acceleration
+        for row in range(7):
+            for i in range(LANES):
+                b[(X0 + row) * LANES + i] = b[(X + row) * LANES + i]
+
+
+@jit
+def rescale_memory(s, blocks, ratio):
+    """
+    Carry the pseudo-acceleration over to a new step size, `ratio` times the old one.
+
+    It stands for the acceleration at a fixed fraction of the step from the step's end, so its
+    distance from the true one goes with the step (Arnold, Bruels 2007, doi
+    10.1007/s11044-007-9084-0).
+    """
+    for j in range(blocks):
+        b = s[j * BLOCK:(j + 1) * BLOCK]
+        for row in range(6):
+            for i in range(LANES):
+                true = b[(ACC0 + row) * LANES + i]
+                b[(A0 + row) * LANES + i] = true + ratio * (b[(A0 + row) * LANES + i] - true)

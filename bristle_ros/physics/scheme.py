@@ -1,0 +1,51 @@
+"""
+The time integrator's numbers: generalized-alpha, HHT and Newmark in one form.
+
+With pseudo-accelerations A (Arnold, Bruels 2007, doi 10.1007/s11044-007-9084-0) a step of length h
+
+    u   = h v0 + h^2 ((1/2 - beta) A0 + beta A1)          u: increment over the step
+    v1  = v0 + h ((1 - gamma) A0 + gamma A1)
+    (1 - alpha_m) A1 + alpha_m A0 = (1 - alpha_f) a1 + alpha_f a0
+
+holds the equation of motion exactly at the step's end, a1 = M^-1 f(x1, v1, t1). Solved for u:
+
+    a1 = ca u - HA,  v1 = cv u + HV,  ca = (1 - alpha_m) / ((1 - alpha_f) beta h^2),
+    cv = gamma / (beta h).
+
+The contact force f, constant over the step, enters as an impulse and not through the accelerations,
+which would remember it: u gains h^2 f / (2 m) and v1 gains h f / m. With these weights its work is
+never positive for any spectral radius, step and damping (test_passivity.py): they are the only ones
+of their kind of which that is true.
+"""
+from typing import NamedTuple
+
+
+class Scheme(NamedTuple):
+    """Coefficients of the integrator, and Newton's tolerance."""
+
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+    tolerance: float    # of the last correction, relative to the element length and to 1 rad
+
+
+def generalized_alpha(spectral_radius, tolerance):
+    """Return the scheme with this spectral radius at infinity; Chung, Hulbert (1993)."""
+    r = spectral_radius
+    alpha_m = (2.0 * r - 1.0) / (r + 1.0)
+    alpha_f = r / (r + 1.0)
+    return Scheme(alpha_m, alpha_f, 0.25 * (1.0 - alpha_m + alpha_f) ** 2,
+                  0.5 - alpha_m + alpha_f, tolerance)
+
+
+def hht(amplitude_decay, tolerance):
+    """Return HHT with amplitude decay factor g: alpha_f = g; Hilber, Hughes, Taylor (1977)."""
+    g = amplitude_decay
+    return Scheme(0.0, g, 0.25 * (1.0 + g) ** 2, 0.5 + g, tolerance)
+
+
+def newmark(amplitude_decay, tolerance):
+    """Return Newmark with amplitude decay factor g: gamma = 1/2 + g; first order unless g = 0."""
+    g = amplitude_decay
+    return Scheme(0.0, 0.0, 0.25 * (1.0 + g) ** 2, 0.5 + g, tolerance)

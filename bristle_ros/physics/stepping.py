@@ -1,0 +1,273 @@
+"""
+The guaranteed step: Newton with a frozen matrix, sub-steps where it fails, many steps in one call.
+
+The matrix is factorised in the nodes' own axes and kept as long as Newton's corrections shrink
+fast. When Newton fails even with a fresh matrix the step is halved, down to 2^-DEEPEST of the
+integration step; when that fails too, `advance` stops with a status and the state at the start of
+that integration step. All decisions depend on the state alone, so a run repeats bit for bit.
+"""
+from math import sqrt
+
+from .beam import accept_damping, internal_forces, predict_damping
+from .chain import (CORNER, eliminate, factorise, load_residual, MID, OK, RECORD, substitute)
+from .energy import account_step
+from .frame import CLAMP, frame_at, SPIN, SPIN_RATE, turn_frame
+from .jit import jit
+from .layout import ACC0, BLOCK, ELEMENTS, LANES, Q, X
+from .loads import accept_step, begin_step, rescale_memory, residual
+from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, finish_contact, FORCE,
+                  IMPULSE, LEVEL, MATRIX_STEP, STEP)
+
+MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
+SLOW = 0.1              # contraction above which the matrix is factorised anew
+EASY = 5                # iterations up to which a sub-step may become longer again
+DEEPEST = 14            # halvings of the integration step
+WHOLE = 1 << DEEPEST
+MAX_ATTEMPTS = 2 * WHOLE
+
+# status of a step; 0 is done
+SINGULAR_MATRIX = 1
+NO_CONVERGENCE = 2
+NOT_FINITE = 3
+
+# running counts
+NEWTON = 0
+SUBSTEPS = 1
+FACTORISATIONS = 2
+FAILURES = 3
+COUNTS = 4
+
+
+@jit
+def move_nodes(s, elements, element_length, chain):
+    """Apply the increments in the records; return the largest, relative to length and 1 rad."""
+    largest = 0.0
+    inverse = 1.0 / element_length
+    for e in range(elements):
+        b = s[(e // ELEMENTS) * BLOCK:(e // ELEMENTS + 1) * BLOCK]
+        record = chain[e * RECORD:(e + 1) * RECORD]
+        for node in range(2):
+            lane = e % ELEMENTS + ELEMENTS * node
+            at = MID + (CORNER - MID) * node
+            u1, u2, u3 = record[at], record[at + 1], record[at + 2]
+            t1, t2, t3 = record[at + 3], record[at + 4], record[at + 5]
+            largest = max(largest, max(max(abs(u1), abs(u2)), abs(u3)) * inverse,
+                          max(max(abs(t1), abs(t2)), abs(t3)))
+            if not (u1 * u1 + u2 * u2 + u3 * u3 + t1 * t1 + t2 * t2 + t3 * t3) < 1e30:
+                return 1e30
+            q0, q1, q2, q3 = (b[Q * LANES + lane], b[(Q + 1) * LANES + lane],
+                              b[(Q + 2) * LANES + lane], b[(Q + 3) * LANES + lane])
+            b[X * LANES + lane] += ((1.0 - 2.0 * (q2 * q2 + q3 * q3)) * u1
+                                    + 2.0 * (q1 * q2 - q0 * q3) * u2
+                                    + 2.0 * (q1 * q3 + q0 * q2) * u3)
+            b[(X + 1) * LANES + lane] += (2.0 * (q1 * q2 + q0 * q3) * u1
+                                          + (1.0 - 2.0 * (q1 * q1 + q3 * q3)) * u2
+                                          + 2.0 * (q2 * q3 - q0 * q1) * u3)
+            b[(X + 2) * LANES + lane] += (2.0 * (q1 * q3 - q0 * q2) * u1
+                                          + 2.0 * (q2 * q3 + q0 * q1) * u2
+                                          + (1.0 - 2.0 * (q1 * q1 + q2 * q2)) * u3)
+            t1, t2, t3 = 0.5 * t1, 0.5 * t2, 0.5 * t3
+            p0 = q0 - q1 * t1 - q2 * t2 - q3 * t3
+            p1 = q1 + q0 * t1 + q2 * t3 - q3 * t2
+            p2 = q2 + q0 * t2 + q3 * t1 - q1 * t3
+            p3 = q3 + q0 * t3 + q1 * t2 - q2 * t1
+            n = 1.0 / sqrt(p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
+            b[Q * LANES + lane] = p0 * n
+            b[(Q + 1) * LANES + lane] = p1 * n
+            b[(Q + 2) * LANES + lane] = p2 * n
+            b[(Q + 3) * LANES + lane] = p3 * n
+    return largest
+
+
+@jit
+def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratch, h):
+    """
+    Advance one bristle by one step of length h; return OK or why it failed (then nothing moved on).
+
+    model : Model             constants; law : ContactLaw or None; viscosity [s] : float or None
+    audit : (AUDIT,) or None  energy accounts
+    s, chain, tip, counts     the bristle's state
+    frames : (3, FRAME)       frame records at the step's start, middle and end, its own axes
+    """
+    scheme = model.scheme
+    elements = model.elements
+    blocks = model.blocks
+    block = (elements - 1) // ELEMENTS
+    lane = ELEMENTS + (elements - 1) % ELEMENTS
+    b = s[block * BLOCK:(block + 1) * BLOCK]
+    last = chain[(elements - 1) * RECORD:elements * RECORD]
+    end = frames[2]
+    if tip[STEP] != h and tip[STEP] > 0.0:
+        rescale_memory(s, blocks, h / tip[STEP])
+        tip[STEP] = h
+    ca = (1.0 - scheme.alpha_m) / ((1.0 - scheme.alpha_f) * scheme.beta * h * h)
+    cv = scheme.gamma / (scheme.beta * h)
+    keep = 1.0 - scheme.gamma / scheme.beta
+    drift = h * (1.0 - 0.5 * scheme.gamma / scheme.beta)
+    begin_step(s, blocks, h, scheme)
+    factor = 1.0
+    if viscosity is not None:
+        factor = 1.0 + viscosity * cv
+        predict_damping(s, blocks, model.section, viscosity, cv, keep, drift)
+    old1, old2, old3 = tip[FORCE], tip[FORCE + 1], tip[FORCE + 2]
+    if law is not None:
+        begin_contact(b, lane, ca, drift, h, frames[1], tip)
+
+    refresh = tip[MATRIX_STEP] != h
+    rate = tip[CONTRACTION]
+    before = 0.0
+    status = NO_CONVERGENCE
+    for iteration in range(MAX_ITERATIONS):
+        internal_forces(s, blocks, end[CLAMP:], model.section, factor)
+        residual(s, blocks, ca, cv, model.mass_damping, end)
+        if refresh:
+            tip[MATRIX_STEP] = 0.0
+            counts[FACTORISATIONS] += 1
+            if factorise(s, elements, model.section, factor, ca + model.mass_damping * cv,
+                         end[SPIN:], end[SPIN_RATE:], cv, chain, scratch.work) != OK:
+                status = SINGULAR_MATRIX
+                break
+            tip[MATRIX_STEP] = h
+        fresh = refresh
+        refresh = False
+        load_residual(s, elements, chain)
+        eliminate(chain, elements)
+        if law is not None:
+            contact_correction(b, lane, last, law, h, ca, drift,
+                               0.5 * ca * h * h - model.mass_damping * drift,
+                               frames[0], frames[1], end, tip, scratch.contact)
+        substitute(chain, elements)
+        size = move_nodes(s, elements, model.section.element_length, chain)
+        counts[NEWTON] += 1
+        if not size < 1e29:
+            status = NOT_FINITE
+            break
+        if iteration > 0:
+            rate = size / before
+            if rate > SLOW:
+                if fresh and rate > 2.0 and iteration > 2:
+                    break
+                refresh = True
+        elif size > 1.0:
+            refresh = True
+        before = size
+        if size <= scheme.tolerance and rate < 1.0 or (
+                iteration > 0 and size * rate <= scheme.tolerance * (1.0 - rate)):
+            status = OK
+            break
+    if status != OK:
+        tip[MATRIX_STEP] = 0.0
+        tip[FORCE], tip[FORCE + 1], tip[FORCE + 2] = old1, old2, old3
+        counts[FAILURES] += 1
+        return status
+    tip[CONTRACTION] = min(rate, 0.5)
+    if refresh:
+        tip[MATRIX_STEP] = 0.0
+    tip[STEP] = h
+    if audit is not None:
+        account_step(model, law, viscosity, audit, s, tip, frames, cv, keep, drift, h)
+    if viscosity is not None:
+        accept_damping(s, blocks, cv, keep, drift, 1.0 / (scheme.beta * h * h),
+                       1.0 / (scheme.beta * h), 0.5 / scheme.beta - 1.0)
+    estimate = 0.0
+    for i in range(3):
+        jump = -b[(ACC0 + i) * LANES + lane]
+        b_u = b[(X + i) * LANES + lane]
+        estimate += 0.0 * (jump + b_u)
+    accept_step(s, blocks, h, scheme)
+    if law is not None:
+        lost = finish_contact(b, lane, law, h, end, tip)
+        for i in range(3):
+            tip[IMPULSE + i] += h * tip[FORCE + i]
+        if audit is not None:
+            audit[0] += lost
+    tip[ESTIMATE] = sqrt(estimate)
+    return OK
+
+
+@jit
+def own_frame(model, motion, azimuth, t, scratch, frame):
+    """Fill the frame record of a bristle (cosine and sine of its azimuth) at time t."""
+    if azimuth[0] == 1.0:
+        frame_at(t, model.drive, motion, scratch.basics, frame)
+    else:
+        frame_at(t, model.drive, motion, scratch.basics, scratch.frame)
+        turn_frame(scratch.frame, azimuth[0], azimuth[1], frame)
+    for i in range(7):
+        frame[CLAMP + i] = model.clamp[i]
+
+
+@jit
+def subdivide(model, law, viscosity, audit, motion, azimuth, s, chain, tip, counts, scratch, step):
+    """Advance one bristle over one integration step in halves of halves; return its status."""
+    its = model.its
+    frames = scratch.frames
+    scratch.saved[:] = s
+    scratch.saved_tip[:] = tip
+    position = 0
+    level = max(int(tip[LEVEL]), 1)
+    attempts = 0
+    status = OK
+    while position < WHOLE:
+        size = WHOLE >> level
+        h = its / (1 << level)
+        own_frame(model, motion, azimuth, (step + position / WHOLE) * its, scratch, frames[0])
+        own_frame(model, motion, azimuth, (step + (position + 0.5 * size) / WHOLE) * its, scratch,
+                  frames[1])
+        own_frame(model, motion, azimuth, (step + (position + size) / WHOLE) * its, scratch,
+                  frames[2])
+        counted = counts[NEWTON]
+        attempts += 1
+        status = try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratch, h)
+        if status == OK:
+            counts[SUBSTEPS] += 1
+            position += size
+            if counts[NEWTON] - counted <= EASY and level > 0 and position % (2 * size) == 0:
+                level -= 1
+        else:
+            level += 1
+        if level > DEEPEST or attempts > MAX_ATTEMPTS:
+            break
+    if position < WHOLE:
+        s[:] = scratch.saved
+        tip[:] = scratch.saved_tip
+        tip[MATRIX_STEP] = 0.0
+        return status
+    tip[LEVEL] = level
+    return OK
+
+
+@jit
+def advance(model, law, viscosity, audit, state, scratch, steps):
+    """
+    Advance all bristles by `steps` integration steps in place; return 0, or the status of a failure.
+
+    On failure the state is the one at the start of the failed step, whose number is state.step[0];
+    state.step[1] is then the bristle.
+    """
+    motion = state.motion
+    frames = scratch.frames
+    for _ in range(steps):
+        step = state.step[0]
+        for bristle in range(model.bristles):
+            azimuth = model.azimuth[bristle]
+            s = state.nodes[bristle]
+            chain = state.chain[bristle]
+            tip = state.tip[bristle]
+            counts = state.counts[bristle]
+            status = NO_CONVERGENCE
+            if tip[LEVEL] == 0.0:
+                own_frame(model, motion, azimuth, step * model.its, scratch, frames[0])
+                own_frame(model, motion, azimuth, (step + 0.5) * model.its, scratch, frames[1])
+                own_frame(model, motion, azimuth, (step + 1) * model.its, scratch, frames[2])
+                status = try_step(model, law, viscosity, audit, s, chain, tip, counts, frames,
+                                  scratch, model.its)
+            if status != OK:
+                status = subdivide(model, law, viscosity, audit, motion, azimuth, s, chain, tip,
+                                   counts, scratch, step)
+            if status != OK:
+                state.step[1] = bristle
+                return status
+        state.step[0] = step + 1
+    return OK
+
