@@ -1,0 +1,8 @@
+#!/bin/sh
+# Runs the tests; sets up .venv in this checkout first, where that is missing. A skipped test fails.
+#   ./test.sh [pytest arguments]
+here=$(cd "$(dirname "$0")" && pwd)
+. "$here/tools/venv.sh"
+cd "$here" || exit 2
+prepare_venv stamp-test requirements.txt requirements-test.txt
+exec "$python" -m pytest --fail-on-skip "$@"

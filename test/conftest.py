@@ -1,0 +1,34 @@
+"""What every test runs under: its own corner of the ROS network, and no silent skips."""
+import os
+from pathlib import Path
+import sys
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+# Tests run from the checkout, in this process and in the ones that they start.
+sys.path.insert(0, str(ROOT))
+os.environ['PYTHONPATH'] = str(ROOT)
+# Nodes of other users of this machine's network must not be seen, nor ours by them.
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+
+
+def pytest_addoption(parser):
+    parser.addoption('--fail-on-skip', action='store_true',
+                     help='a test that is skipped fails the run')
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session, exitstatus):
+    reporter = session.config.pluginmanager.get_plugin('terminalreporter')
+    skipped = reporter.stats.get('skipped', []) if reporter else []
+    if skipped and session.config.getoption('--fail-on-skip') and exitstatus == 0:
+        reporter.write_line(f'{len(skipped)} skipped, and --fail-on-skip is given', red=True)
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+@pytest.fixture
+def root():
+    """Return the checkout."""
+    return ROOT
