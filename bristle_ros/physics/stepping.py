@@ -10,12 +10,12 @@ from math import sqrt
 
 from .beam import accept_damping, internal_forces, predict_damping
 from .chain import (CORNER, eliminate, factorise, load_residual, MID, OK, RECORD, substitute)
-from .energy import account_step
+from .energy import account_step, DISSIPATED
 from .frame import CLAMP, frame_at, SPIN, SPIN_RATE, turn_frame
 from .jit import jit
-from .layout import ACC0, BLOCK, ELEMENTS, LANES, Q, X
+from .layout import BLOCK, ELEMENTS, LANES, Q, X
 from .loads import accept_step, begin_step, rescale_memory, residual
-from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, finish_contact, FORCE,
+from .tip import (begin_contact, contact_correction, CONTRACTION, finish_contact, FORCE,
                   IMPULSE, LEVEL, MATRIX_STEP, STEP)
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
@@ -164,24 +164,20 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
     if refresh:
         tip[MATRIX_STEP] = 0.0
     tip[STEP] = h
+    if audit is not None or viscosity is not None:
+        internal_forces(s, blocks, end[CLAMP:], model.section, factor)
     if audit is not None:
         account_step(model, law, viscosity, audit, s, tip, frames, cv, keep, drift, h)
     if viscosity is not None:
         accept_damping(s, blocks, cv, keep, drift, 1.0 / (scheme.beta * h * h),
                        1.0 / (scheme.beta * h), 0.5 / scheme.beta - 1.0)
-    estimate = 0.0
-    for i in range(3):
-        jump = -b[(ACC0 + i) * LANES + lane]
-        b_u = b[(X + i) * LANES + lane]
-        estimate += 0.0 * (jump + b_u)
     accept_step(s, blocks, h, scheme)
     if law is not None:
         lost = finish_contact(b, lane, law, h, end, tip)
         for i in range(3):
             tip[IMPULSE + i] += h * tip[FORCE + i]
         if audit is not None:
-            audit[0] += lost
-    tip[ESTIMATE] = sqrt(estimate)
+            audit[DISSIPATED] += lost
     return OK
 
 
@@ -255,15 +251,16 @@ def advance(model, law, viscosity, audit, state, scratch, steps):
             chain = state.chain[bristle]
             tip = state.tip[bristle]
             counts = state.counts[bristle]
+            account = None if audit is None else audit[bristle]
             status = NO_CONVERGENCE
             if tip[LEVEL] == 0.0:
                 own_frame(model, motion, azimuth, step * model.its, scratch, frames[0])
                 own_frame(model, motion, azimuth, (step + 0.5) * model.its, scratch, frames[1])
                 own_frame(model, motion, azimuth, (step + 1) * model.its, scratch, frames[2])
-                status = try_step(model, law, viscosity, audit, s, chain, tip, counts, frames,
+                status = try_step(model, law, viscosity, account, s, chain, tip, counts, frames,
                                   scratch, model.its)
             if status != OK:
-                status = subdivide(model, law, viscosity, audit, motion, azimuth, s, chain, tip,
+                status = subdivide(model, law, viscosity, account, motion, azimuth, s, chain, tip,
                                    counts, scratch, step)
             if status != OK:
                 state.step[1] = bristle

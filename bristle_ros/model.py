@@ -1,0 +1,187 @@
+"""From a Scene to the arrays that the kernels step: Model and State."""
+import math
+
+import numpy as np
+
+from .physics.beam import Section
+from .physics.chain import chain_work, RECORD
+from .physics.contact import ContactLaw
+from .physics.drive import CONSTANT, SINE, VAP
+from .physics.energy import AUDIT
+from .physics.frame import APPROACHING, Drive, FORWARD, FRAME, LEFT, new_motion, SPEED
+from .physics.layout import (BLOCK, block_count, ELEMENTS, INERTIA, LANES, MASS, Q, Q0, ROWS,
+                             WEIGHT, X, X0)
+from .physics.records import Model, Scratch, State
+from .physics.scheme import generalized_alpha, hht, newmark
+from .physics.stepping import COUNTS
+from .physics.tip import TIP
+from .scene import SceneError
+
+SHEAR_CORRECTION = 5.0 / 6.0    # rectangle
+PROFILES = {'constant': CONSTANT, 'sine': SINE, 'vap': VAP}
+
+
+def torsion_constant(a, b):
+    """
+    Return St Venant's torsion constant of a rectangle with sides a, b [m], in m^4.
+
+    Source: Timoshenko, Goodier, Theory of Elasticity, art. 109: the series in tanh.
+    """
+    long, short = max(a, b), min(a, b)
+    total = sum(math.tanh(n * math.pi * long / (2.0 * short)) / n ** 5 for n in range(1, 40, 2))
+    return long * short ** 3 / 3.0 * (1.0 - 192.0 * short / (math.pi ** 5 * long) * total)
+
+
+def section_of(scene):
+    """Return the Section of a scene's bristle: y along the breadth, z along the width."""
+    b = scene.bristle
+    area = b.breadth * b.width
+    shear_modulus = b.youngs_modulus / (2.0 * (1.0 + b.poissons_ratio))
+    shear = SHEAR_CORRECTION * shear_modulus * area
+    return Section(
+        axial=b.youngs_modulus * area, shear_y=shear, shear_z=shear,
+        torsion=shear_modulus * torsion_constant(b.breadth, b.width),
+        bending_y=b.youngs_modulus * b.breadth * b.width ** 3 / 12.0,
+        bending_z=b.youngs_modulus * b.width * b.breadth ** 3 / 12.0,
+        element_length=b.length / scene.solver.elements)
+
+
+def scheme_of(scene):
+    """Return the integrator's coefficients."""
+    solver = scene.solver
+    if solver.integrator == 'generalized_alpha':
+        return generalized_alpha(solver.spectral_radius, solver.tolerance)
+    make = newmark if solver.integrator == 'newmark' else hht
+    return make(solver.amplitude_decay, solver.tolerance)
+
+
+def contact_law(scene):
+    """Return the ContactLaw, or None where the scene has no contact."""
+    if not scene.contact.enabled:
+        return None
+    stiffness = scene.contact.normal_stiffness
+    return ContactLaw(0.0 if math.isinf(stiffness) else stiffness, scene.contact.damping,
+                      scene.friction.static, scene.friction.kinetic, scene.friction.decay)
+
+
+def viscosity_of(scene):
+    """Return beta_D [s], or None where it is zero."""
+    return scene.damping.stiffness or None
+
+
+def tip_depth(scene):
+    """Return how far the lowest undeformed tip is below the mount centre, along the road normal."""
+    brush, beta = scene.brush, scene.road.attack_angle
+    length = scene.bristle.length
+    radius = brush.mount_radius + length * math.sin(brush.mount_angle)
+    return length * math.cos(brush.mount_angle) * math.cos(beta) + radius * math.sin(beta)
+
+
+def drive_of(scene, time_step):
+    """Return the Drive with load steps of `time_step` [s]."""
+    d, road = scene.drive, scene.road
+    x, y = scene.sweeper.mount_position
+    profile = PROFILES[d.profile] if d.alternating_speed else CONSTANT
+    return Drive(
+        profile, d.alternating_speed, d.frequency, d.shape, scene.brush.start_angle,
+        math.cos(road.attack_angle), math.sin(road.attack_angle), road.tilt_azimuth,
+        scene.gravity, tip_depth(scene), road.penetration, road.approach_time, x, y, time_step)
+
+
+def clamp_of(scene):
+    """Return position and quaternion (w, x, y, z) of the clamp in the bristle's own axes: (7,)."""
+    phi, gamma = scene.brush.mount_angle, scene.brush.mount_orientation
+    # x to (sin phi, 0, -cos phi) with y kept: a turn about y by pi/2 - phi; then gamma about x
+    tilt = 0.5 * (math.pi / 2.0 - phi)
+    lean = np.array([math.cos(tilt), 0.0, math.sin(tilt), 0.0])
+    c, s = math.cos(0.5 * gamma), math.sin(0.5 * gamma)
+    quaternion = np.array([c * lean[0], s * lean[0], c * lean[2], -s * lean[2]])
+    return np.concatenate(([scene.brush.mount_radius, 0.0, 0.0], quaternion))
+
+
+def build_model(scene):
+    """Return the Model of a scene."""
+    count = scene.brush.bristle_count
+    angles = 2.0 * math.pi * np.arange(count) / count
+    azimuth = np.column_stack((np.cos(angles), np.sin(angles), np.cos(angles / 2.0),
+                               np.sin(angles / 2.0)))
+    section = section_of(scene)
+    b = scene.bristle
+    return Model(
+        scene.solver.elements, block_count(scene.solver.elements), count,
+        scene.solver.integration_time_step, section, scheme_of(scene),
+        drive_of(scene, scene.solver.time_step), drive_of(scene, 0.0), scene.damping.mass, azimuth,
+        clamp_of(scene), b.density * b.breadth * b.width * section.element_length / 6.0,
+        float(scene.brush.wires_per_bristle))
+
+
+def new_scratch(model):
+    """Return the room that kernels work in."""
+    size = model.blocks * BLOCK
+    return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
+                   np.zeros((2, 13)), np.zeros(size), np.zeros(TIP))
+
+
+def straight_nodes(scene, model):
+    """Return the node array of one straight bristle at rest: (blocks * BLOCK,), see layout.py."""
+    nodes = np.zeros((model.blocks, ROWS, LANES))
+    nodes[:, Q] = nodes[:, Q0] = 1.0
+    nodes[:, MASS] = 1.0
+    nodes[:, INERTIA:INERTIA + 3] = 1.0
+    b = scene.bristle
+    length = model.section.element_length
+    mass = b.density * b.breadth * b.width * length
+    about_y = b.density * b.breadth * b.width ** 3 / 12.0 * length
+    about_z = b.density * b.width * b.breadth ** 3 / 12.0 * length
+    inertia = np.array([about_y + about_z, about_y, about_z])
+    phi = scene.brush.mount_angle
+    along = np.array([math.sin(phi), 0.0, -math.cos(phi)])
+    for element in range(model.elements):
+        block, lane = divmod(element, ELEMENTS)
+        tip = element == model.elements - 1
+        for column, share, distance in (
+                (lane, 4.0 / 6.0, element + 0.5),
+                (ELEMENTS + lane, 1.0 / 6.0 if tip else 2.0 / 6.0, element + 1.0)):
+            nodes[block, X:X + 3, column] = model.clamp[:3] + distance * length * along
+            nodes[block, Q:Q + 4, column] = model.clamp[3:]
+            nodes[block, MASS, column] = share * mass
+            nodes[block, INERTIA:INERTIA + 3, column] = share * inertia
+        nodes[block, WEIGHT, [lane, ELEMENTS + lane]] = 0.5 * length
+    nodes[:, X0:X0 + 7] = nodes[:, X:X + 7]
+    return nodes.ravel()
+
+
+def start_motion(scene):
+    """Return the ramps at the start: the drive's mean speed, the sweeper's velocity, the approach."""
+    motion = new_motion()
+    motion[SPEED + 1:SPEED + 3] = scene.drive.mean_speed
+    for at, value in zip((FORWARD, LEFT), scene.sweeper.velocity):
+        motion[at + 1:at + 3] = value
+    motion[APPROACHING] = 1.0
+    return motion
+
+
+def build_state(scene, model):
+    """Return the State at the start, straight and at rest; accelerations are not filled yet."""
+    nodes = np.tile(straight_nodes(scene, model), (model.bristles, 1))
+    quaternions = nodes.reshape(model.bristles, model.blocks, ROWS, LANES)
+    for bristle, (_, _, c, s) in enumerate(model.azimuth):
+        # the tip's quaternion in brush axes starts with w >= 0
+        if c * model.clamp[3] - s * model.clamp[6] < 0.0:
+            quaternions[bristle, :, Q:Q + 4] *= -1.0
+            quaternions[bristle, :, Q0:Q0 + 4] *= -1.0
+    return State(
+        nodes, np.zeros((model.bristles, model.elements * RECORD)),
+        np.zeros((model.bristles, TIP)), np.zeros((model.bristles, COUNTS), np.int64),
+        start_motion(scene), np.zeros(2, np.int64), np.zeros((model.bristles, AUDIT)))
+
+
+def check_start(scene, gaps):
+    """Raise SceneError where a tip starts inside the road; gaps [m] : (B,)."""
+    lowest = int(np.argmin(gaps))
+    if scene.contact.enabled and gaps[lowest] < -1e-12:
+        raise SceneError(
+            f'bristle {lowest} would start {-gaps[lowest]:.3g} m inside the road: give '
+            'road.approach_time > 0, a smaller penetration or another brush.start_angle',
+            key='road.penetration', value=scene.road.penetration)
+

@@ -1,0 +1,172 @@
+"""Outputs of the present state: tip, contact, mount reactions, brush totals, energies."""
+from math import cos, sin
+
+from .beam import internal_forces, stiffness
+from .contact import spring_energy
+from .energy import DISSIPATED, kinetic_energy, strain_energy, WORK
+from .frame import (CLAMP, frame_at, GRAVITY, OMEGA, ROTATION, SPIN, SPIN_RATE, THETA,
+                    turn_frame)
+from .jit import jit
+from .layout import (BLOCK, ELEMENTS, LANES, LFORCE, LTORQUE, Q, RATE0, STRESS0, X)
+from .tip import ESTIMATE, FORCE, GAP, IMPULSE, rotate, rotate_back
+
+# columns of a bristle's row
+POSITION = 0            # 3  tip, brush axes
+POSITION_ROAD = 3       # 3
+POSITION_MOUNT = 6      # 3
+ORIENTATION = 9         # 4  x, y, z, w, brush axes
+ORIENTATION_MOUNT = 13  # 4
+CONTACT = 17            # 3  force, road axes
+CONTACT_IMPULSE = 20    # 3
+MOUNT_FORCE = 23        # 3  brush axes
+MOUNT_MOMENT = 26       # 3
+DAMPING_FORCE = 29      # 3  bristle's own axes
+ERROR = 32              # 1
+BRISTLE_COLUMNS = 33
+
+# columns of the totals
+BRUSH_FORCE = 0         # 3  mount axes
+BRUSH_TORQUE = 3        # 3
+CONTACT_FORCE = 6       # 3
+CONTACT_TORQUE = 9      # 3
+KINETIC = 12
+ELASTIC = 13
+LOST = 14
+DONE = 15
+ANGLE = 16
+SPEED = 17
+TOTALS = 18
+
+
+@jit
+def clamp_reaction(s, clamp):
+    """Return the force and moment that the clamped node takes, brush axes, from the left rows."""
+    y0, y1, y2, y3 = (s[LTORQUE * LANES], s[(LTORQUE + 1) * LANES], s[(LTORQUE + 2) * LANES],
+                      s[(LTORQUE + 3) * LANES])
+    q0, q1, q2, q3 = clamp[3], clamp[4], clamp[5], clamp[6]
+    # Y conj(q) is the moment in brush axes: q (conj(q) Y) conj(q)
+    m1 = -y0 * q1 + y1 * q0 - y2 * q3 + y3 * q2
+    m2 = -y0 * q2 + y2 * q0 - y3 * q1 + y1 * q3
+    m3 = -y0 * q3 + y3 * q0 - y1 * q2 + y2 * q1
+    return (-s[LFORCE * LANES], -s[(LFORCE + 1) * LANES], -s[(LFORCE + 2) * LANES],
+            -m1, -m2, -m3)
+
+
+@jit
+def _put_turned(row, at, c, s, x, y, z):
+    """Store (x, y, z) turned about z by the angle with this cosine and sine."""
+    row[at] = c * x - s * y
+    row[at + 1] = s * x + c * y
+    row[at + 2] = z
+
+
+@jit
+def _put_turned_quaternion(row, at, c, s, w, x, y, z):
+    """Store, as x, y, z, w, the quaternion turned about z; c and s of half the angle."""
+    row[at] = c * x - s * y
+    row[at + 1] = c * y + s * x
+    row[at + 2] = c * z + s * w
+    row[at + 3] = c * w - s * z
+
+
+@jit
+def observe(model, law, viscosity, state, scratch, rows, totals):
+    """
+    Fill the outputs of the present state.
+
+    rows : (B, BRISTLE_COLUMNS), totals : (TOTALS,)   SI units, axes as the columns say
+    The internal forces are evaluated anew: the step's last ones are those before its last
+    correction. All axes are the exact ones, also where the loads are ramped.
+    """
+    t = state.step[0] * model.its
+    frame = scratch.frame
+    own = scratch.frames[0]
+    frame_at(t, model.exact, state.motion, scratch.basics, frame)
+    theta = frame[THETA]
+    totals[:] = 0.0
+    block = (model.elements - 1) // ELEMENTS
+    lane = ELEMENTS + (model.elements - 1) % ELEMENTS
+    c_theta, s_theta = cos(theta), sin(theta)
+    for bristle in range(model.bristles):
+        s = state.nodes[bristle]
+        tip = state.tip[bristle]
+        row = rows[bristle]
+        ca, sa = model.azimuth[bristle, 0], model.azimuth[bristle, 1]
+        half_c, half_s = model.azimuth[bristle, 2], model.azimuth[bristle, 3]
+        turn_frame(frame, ca, sa, own)
+        for i in range(7):
+            own[CLAMP + i] = model.clamp[i]
+        clamp = own[CLAMP:]
+        b = s[block * BLOCK:(block + 1) * BLOCK]
+        x1, x2, x3 = b[X * LANES + lane], b[(X + 1) * LANES + lane], b[(X + 2) * LANES + lane]
+        _put_turned(row, POSITION, ca, sa, x1, x2, x3)
+        row[POSITION_ROAD], row[POSITION_ROAD + 1], row[POSITION_ROAD + 2] = rotate(
+            own, ROTATION, x1, x2, x3)
+        _put_turned(row, POSITION_MOUNT, c_theta, s_theta, row[POSITION], row[POSITION + 1], x3)
+        _put_turned_quaternion(row, ORIENTATION, half_c, half_s, b[Q * LANES + lane],
+                               b[(Q + 1) * LANES + lane], b[(Q + 2) * LANES + lane],
+                               b[(Q + 3) * LANES + lane])
+        _put_turned_quaternion(row, ORIENTATION_MOUNT, cos(0.5 * theta), sin(0.5 * theta),
+                               row[ORIENTATION + 3], row[ORIENTATION], row[ORIENTATION + 1],
+                               row[ORIENTATION + 2])
+        for i in range(3):
+            row[CONTACT + i] = tip[FORCE + i]
+            row[CONTACT_IMPULSE + i] = tip[IMPULSE + i]
+        row[ERROR] = tip[ESTIMATE]
+
+        if viscosity is not None:
+            c = stiffness(model.section)
+            for j in range(model.blocks):
+                for component in range(6):
+                    scale = viscosity * c[component]
+                    at = j * BLOCK + STRESS0 * LANES + component * LANES
+                    rate = j * BLOCK + RATE0 * LANES + component * LANES
+                    for i in range(LANES):
+                        s[at + i] = scale * s[rate + i]
+            internal_forces(s, model.blocks, clamp, model.section, 0.0)
+            (row[DAMPING_FORCE], row[DAMPING_FORCE + 1], row[DAMPING_FORCE + 2],
+             _, _, _) = clamp_reaction(s, clamp)
+        else:
+            row[DAMPING_FORCE] = 0.0
+            row[DAMPING_FORCE + 1] = 0.0
+            row[DAMPING_FORCE + 2] = 0.0
+        internal_forces(s, model.blocks, clamp, model.section, 1.0)
+        f1, f2, f3, m1, m2, m3 = clamp_reaction(s, clamp)
+        o1, o2, o3 = own[SPIN], own[SPIN + 1], own[SPIN + 2]
+        d1, d2, d3 = own[SPIN_RATE], own[SPIN_RATE + 1], own[SPIN_RATE + 2]
+        p1, p2, p3 = clamp[0], clamp[1], clamp[2]
+        op = o1 * p1 + o2 * p2 + o3 * p3
+        square = o1 * o1 + o2 * o2 + o3 * o3
+        f1 += model.clamp_mass * (own[GRAVITY] - o1 * op + square * p1 - d2 * p3 + d3 * p2)
+        f2 += model.clamp_mass * (own[GRAVITY + 1] - o2 * op + square * p2 - d3 * p1 + d1 * p3)
+        f3 += model.clamp_mass * (own[GRAVITY + 2] - o3 * op + square * p3 - d1 * p2 + d2 * p1)
+        _put_turned(row, MOUNT_FORCE, ca, sa, f1, f2, f3)
+        _put_turned(row, MOUNT_MOMENT, ca, sa, m1, m2, m3)
+
+        # brush totals, mount axes, about the mount centre
+        n1, n2, n3 = m1 + p2 * f3 - p3 * f2, m2 + p3 * f1 - p1 * f3, m3 + p1 * f2 - p2 * f1
+        c_all = c_theta * ca - s_theta * sa
+        s_all = s_theta * ca + c_theta * sa
+        totals[BRUSH_FORCE] += model.wires * (c_all * f1 - s_all * f2)
+        totals[BRUSH_FORCE + 1] += model.wires * (s_all * f1 + c_all * f2)
+        totals[BRUSH_FORCE + 2] += model.wires * f3
+        totals[BRUSH_TORQUE] += model.wires * (c_all * n1 - s_all * n2)
+        totals[BRUSH_TORQUE + 1] += model.wires * (s_all * n1 + c_all * n2)
+        totals[BRUSH_TORQUE + 2] += model.wires * n3
+        g1, g2, g3 = rotate_back(own, ROTATION, tip[FORCE], tip[FORCE + 1], tip[FORCE + 2])
+        t1, t2, t3 = x2 * g3 - x3 * g2, x3 * g1 - x1 * g3, x1 * g2 - x2 * g1
+        totals[CONTACT_FORCE] += model.wires * (c_all * g1 - s_all * g2)
+        totals[CONTACT_FORCE + 1] += model.wires * (s_all * g1 + c_all * g2)
+        totals[CONTACT_FORCE + 2] += model.wires * g3
+        totals[CONTACT_TORQUE] += model.wires * (c_all * t1 - s_all * t2)
+        totals[CONTACT_TORQUE + 1] += model.wires * (s_all * t1 + c_all * t2)
+        totals[CONTACT_TORQUE + 2] += model.wires * t3
+
+        totals[KINETIC] += model.wires * kinetic_energy(s, model.blocks)
+        totals[ELASTIC] += model.wires * strain_energy(s, model.blocks, model.section)
+        if law is not None:
+            totals[ELASTIC] += model.wires * spring_energy(law.stiffness, tip[GAP])
+        totals[LOST] += model.wires * state.audit[bristle, DISSIPATED]
+        totals[DONE] += model.wires * state.audit[bristle, WORK]
+    totals[ANGLE] = theta
+    totals[SPEED] = frame[OMEGA]

@@ -1,0 +1,50 @@
+"""The records that the kernels share: what stays (Model), what changes (State), scratch."""
+from typing import NamedTuple
+
+import numpy as np
+
+from .beam import Section
+from .frame import Drive
+from .scheme import Scheme
+
+
+class Model(NamedTuple):
+    """What a run never changes; B bristles."""
+
+    elements: int
+    blocks: int
+    bristles: int
+    its: float                  # integration time step [s]
+    section: Section
+    scheme: Scheme
+    drive: Drive                # with its load steps
+    exact: Drive                # the same without, for output
+    mass_damping: float         # alpha_D [1/s]
+    azimuth: np.ndarray         # (B, 4) cosine and sine of each azimuth, and of half of it
+    clamp: np.ndarray           # (7,) position and quaternion of the clamp, bristle's own axes
+    clamp_mass: float           # [kg] of the clamped node
+    wires: float                # real wires per bristle
+
+
+class State(NamedTuple):
+    """What a step changes, in place; all of it decides what the next step does."""
+
+    nodes: np.ndarray           # (B, blocks * BLOCK) layout.py
+    chain: np.ndarray           # (B, elements * RECORD) chain.py: the frozen matrix
+    tip: np.ndarray             # (B, TIP) tip.py
+    counts: np.ndarray          # (B, COUNTS) int64, running counts of stepping.py
+    motion: np.ndarray          # (MOTION,) frame.py: the ramps that commands change
+    step: np.ndarray            # (2,) int64: steps done, and the bristle of the last failure
+    audit: np.ndarray           # (B, AUDIT) energy accounts
+
+
+class Scratch(NamedTuple):
+    """Room that a step works in; nothing in it outlives the call."""
+
+    work: np.ndarray            # (CHAIN_WORK,)
+    contact: np.ndarray         # (5, 3)
+    frames: np.ndarray          # (3, FRAME)
+    frame: np.ndarray           # (FRAME,)
+    basics: np.ndarray          # (2, 13)
+    saved: np.ndarray           # (blocks * BLOCK,)
+    saved_tip: np.ndarray       # (TIP,)

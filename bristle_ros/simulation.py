@@ -1,0 +1,237 @@
+"""One scene being stepped: model, state and the compiled functions that it needs, no more."""
+import math
+import time
+
+import numpy as np
+
+from .model import (build_model, build_state, check_start, contact_law, new_scratch,
+                    viscosity_of)
+from .physics import output
+from .physics.drive import RAMP, ramp_at
+from .physics.frame import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, ROTATION, SPEED, YAW)
+from .physics.layout import ELEMENTS, LANES, ROWS, X
+from .physics.start import initialise
+from .physics.stepping import (advance, NEWTON, NO_CONVERGENCE, NOT_FINITE, own_frame,
+                               SINGULAR_MATRIX, SUBSTEPS)
+from .physics.tip import GAP
+from .snapshot import Snapshot
+
+REASONS = {
+    SINGULAR_MATRIX: 'the iteration matrix became singular',
+    NO_CONVERGENCE: "Newton's corrections did not shrink",
+    NOT_FINITE: 'forces or positions overflowed',
+}
+
+
+class StepFailure(RuntimeError):
+    """The simulation could not go on; the state is the last good one."""
+
+    def __init__(self, at, step, reason):
+        """Keep when [s], in which step and why."""
+        super().__init__(f'stopped at t = {at:.9g} s, step {step}: {reason}')
+        self.time = at
+        self.step = step
+        self.reason = reason
+
+
+class CommandRefused(ValueError):
+    """A command that cannot be followed; `str()` is one line with the topic, value and limit."""
+
+
+class Simulation:
+    """
+    A scene being stepped.
+
+    scene : Scene
+    energies : bool    keep the accounts of work and dissipation (snapshots have NaN without)
+
+    Building compiles what the scene needs (`compile_time` [s]) and puts the brush at its start.
+    Raises SceneError where a bristle would start inside the road.
+    """
+
+    def __init__(self, scene, *, energies=False):
+        """Build, compile and go to the start."""
+        self.scene = scene
+        self.its = scene.solver.integration_time_step
+        began = time.perf_counter()
+        self._energies = energies
+        self.model = build_model(scene)
+        self._law = contact_law(scene)
+        self._viscosity = viscosity_of(scene)
+        self._scratch = new_scratch(self.model)
+        self._rows = np.zeros((self.model.bristles, output.BRISTLE_COLUMNS))
+        self._totals = np.zeros(output.TOTALS)
+        self.state = build_state(scene, self.model)
+        self._start = None
+        self._to_start()
+        self._warm()
+        self.compile_time = time.perf_counter() - began
+
+    @property
+    def step(self):
+        """Integration steps since the start."""
+        return int(self.state.step[0])
+
+    def _to_start(self):
+        initialise(self.model, self._viscosity, self.state, self._scratch)
+        check_start(self.scene, self._start_gaps())
+        self._start = [array.copy() for array in self.state]
+
+    def _start_gaps(self):
+        """Return the tips' gaps to the road [m] (B,), and keep them in the tip records."""
+        frame = self._scratch.frames[0]
+        positions = self.centreline_own()[:, -1]
+        gaps = np.empty(self.model.bristles)
+        for bristle, azimuth in enumerate(self.model.azimuth):
+            own_frame(self.model, self.state.motion, azimuth, 0.0, self._scratch, frame)
+            gaps[bristle] = frame[ROTATION + 6:ROTATION + 9] @ positions[bristle] + frame[HEIGHT]
+        self.state.tip[:, GAP] = gaps
+        return gaps
+
+    def _warm(self):
+        """Compile by taking no step and one look; neither changes the state."""
+        self.advance(0)
+        self._observe()
+
+    def advance(self, steps):
+        """
+        Advance by `steps` integration steps in one compiled call that lets go of the GIL.
+
+        Raises StepFailure where even the smallest sub-step fails; the state is then the one at the
+        start of the failed step.
+        """
+        status = advance(self.model, self._law, self._viscosity,
+                         self.state.audit if self._energies else None, self.state, self._scratch,
+                         steps)
+        if status:
+            step = self.step
+            reason = REASONS[status]
+            if self.model.bristles > 1:
+                reason = f'bristle {self.state.step[1]}: {reason}'
+            raise StepFailure(step * self.its, step,
+                              f'{reason} in the smallest sub-step; a smaller '
+                              'solver.integration_time_step or more damping may do')
+
+    def reset(self):
+        """Go back to the scene's start, step 0."""
+        for array, start in zip(self.state, self._start):
+            array[:] = start
+
+    def check_command(self, topic, values):
+        """Raise CommandRefused where `command` would; change nothing."""
+        self._limits(topic, values)
+
+    def command(self, topic, values):
+        """
+        Follow a command from now on.
+
+        topic : 'cmd_brush_speed' (rad/s,), 'cmd_vel' (m/s, m/s, rad/s) or 'cmd_penetration' (m,)
+        Changes are limited by drive.max_acceleration, sweeper.max_acceleration,
+        sweeper.max_yaw_acceleration and road.max_rate. Raises CommandRefused.
+        """
+        values = self._limits(topic, values)
+        scene, now = self.scene, self.step * self.its
+        if topic == 'cmd_brush_speed':
+            self._ramp(SPEED, now, values[0], scene.drive.max_acceleration)
+        elif topic == 'cmd_penetration':
+            if self.state.motion[APPROACHING]:
+                self.state.motion[PENETRATION:PENETRATION + RAMP] = (
+                    now, self._depth(now), self._depth(now), 0.0, 0.0)
+                self.state.motion[APPROACHING] = 0.0
+            self._ramp(PENETRATION, now, values[0], scene.road.max_rate)
+        else:
+            motion = self.state.motion
+            change = math.hypot(values[0] - ramp_at(motion, FORWARD, now)[0],
+                                values[1] - ramp_at(motion, LEFT, now)[0])
+            duration = change / scene.sweeper.max_acceleration
+            self._ramp(FORWARD, now, values[0], None, duration)
+            self._ramp(LEFT, now, values[1], None, duration)
+            self._ramp(YAW, now, values[2], scene.sweeper.max_yaw_acceleration)
+
+    def _ramp(self, at, now, target, limit, duration=None):
+        motion = self.state.motion
+        value, _, integral = ramp_at(motion, at, now)
+        if duration is None:
+            duration = abs(target - value) / limit
+        motion[at:at + RAMP] = (now, value, target, duration, integral)
+
+    def _depth(self, now):
+        road = self.scene.road
+        if now >= road.approach_time:
+            return road.penetration
+        s = now / road.approach_time
+        return road.penetration * s * s * (3.0 - 2.0 * s)
+
+    def _limits(self, topic, values):
+        scene = self.scene
+        wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1}
+        if topic not in wanted:
+            raise CommandRefused(f'{topic}: no such command; there are {", ".join(wanted)}')
+        values = tuple(float(value) for value in values)
+        if len(values) != wanted[topic]:
+            raise CommandRefused(f'{topic}: {len(values)} values, wants {wanted[topic]}')
+        if not all(math.isfinite(value) for value in values):
+            raise CommandRefused(f'{topic}: {values} is not finite')
+        if topic == 'cmd_brush_speed' and abs(values[0]) > scene.drive.max_speed:
+            raise CommandRefused(f'{topic}: {values[0]:g} rad/s is beyond drive.max_speed = '
+                                 f'{scene.drive.max_speed:g} rad/s')
+        if topic == 'cmd_vel':
+            if math.hypot(*values[:2]) > scene.sweeper.max_speed:
+                raise CommandRefused(
+                    f'{topic}: {math.hypot(*values[:2]):g} m/s is beyond sweeper.max_speed = '
+                    f'{scene.sweeper.max_speed:g} m/s')
+            if abs(values[2]) > scene.sweeper.max_yaw_rate:
+                raise CommandRefused(f'{topic}: {values[2]:g} rad/s is beyond sweeper.max_yaw_rate '
+                                     f'= {scene.sweeper.max_yaw_rate:g} rad/s')
+        if topic == 'cmd_penetration' and not abs(values[0]) < self.model.drive.tip_depth:
+            raise CommandRefused(f'{topic}: {values[0]:g} m; the mount is only '
+                                 f'{self.model.drive.tip_depth:g} m above the undeformed tip')
+        return values
+
+    def _observe(self):
+        output.observe(self.model, self._law, self._viscosity, self.state, self._scratch,
+                       self._rows, self._totals)
+
+    def snapshot(self):
+        """Return the outputs of the present state as a Snapshot of its own arrays."""
+        self._observe()
+        rows, totals = self._rows.copy(), self._totals.copy()
+        energies = totals[output.KINETIC:output.DONE + 1]
+        if not self._energies:
+            energies = np.full(4, math.nan)
+        counts = self.state.counts.sum(axis=0)
+        step = self.step
+        part = [rows[:, a:b] for a, b in (
+            (0, 3), (3, 6), (6, 9), (9, 13), (13, 17), (17, 20), (20, 23), (23, 26), (26, 29),
+            (29, 32))]
+        return Snapshot(
+            step, step * self.its, totals[output.ANGLE], totals[output.SPEED], *part,
+            totals[0:3], totals[3:6], totals[6:9], totals[9:12], *energies,
+            int(counts[NEWTON]), int(counts[SUBSTEPS]),
+            float(rows[:, output.ERROR].max()) / self.scene.bristle.length)
+
+    def centreline_own(self):
+        """Return the nodes from clamp to tip in each bristle's own axes [m]: (B, nodes, 3)."""
+        nodes = self.state.nodes.reshape(self.model.bristles, self.model.blocks, ROWS, LANES)
+        positions = nodes[:, :, X:X + 3, :]
+        mids = positions[..., :ELEMENTS].transpose(0, 1, 3, 2).reshape(self.model.bristles, -1, 3)
+        ends = positions[..., ELEMENTS:].transpose(0, 1, 3, 2).reshape(self.model.bristles, -1, 3)
+        line = np.empty((self.model.bristles, 2 * self.model.elements + 1, 3))
+        line[:, 0] = self.model.clamp[:3]
+        line[:, 1::2] = mids[:, :self.model.elements]
+        line[:, 2::2] = ends[:, :self.model.elements]
+        return line
+
+    def centreline(self):
+        """Return the nodes from clamp to tip in mount axes [m]: (B, nodes, 3)."""
+        self._observe()
+        theta = self._totals[output.ANGLE]
+        c, s = math.cos(theta), math.sin(theta)
+        cosine = c * self.model.azimuth[:, 0] - s * self.model.azimuth[:, 1]
+        sine = s * self.model.azimuth[:, 0] + c * self.model.azimuth[:, 1]
+        own = self.centreline_own()
+        turned = own.copy()
+        turned[..., 0] = cosine[:, None] * own[..., 0] - sine[:, None] * own[..., 1]
+        turned[..., 1] = sine[:, None] * own[..., 0] + cosine[:, None] * own[..., 1]
+        return turned
+
