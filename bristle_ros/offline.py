@@ -42,14 +42,14 @@ def simulate(scene_or_path, duration, *, sample=None, commands=None, output=None
 class _Run:
     """One offline run: its driver, and what the summary says about it."""
 
-    def __init__(self, scene_or_path, duration, sample, commands, overrides):
+    def __init__(self, scene_or_path, duration, sample, commands, overrides, *, energies=True):
         self.scene = _scene(scene_or_path, sample, overrides)
         self.steps = steps(self.scene, duration, 'duration')
         its = self.scene.solver.integration_time_step
         events = list(_events(commands, its))
         from bristle_ros.driver import Driver  # from here on the compiler is needed
         from bristle_ros.simulation import CommandRefused, Simulation
-        self.simulation = Simulation(self.scene, energies=True)
+        self.simulation = Simulation(self.scene, energies=energies)
         for place, event in events:
             try:
                 if event.kind != 'reset':
@@ -248,7 +248,8 @@ def main(arguments):
         _check_output(options.output)
     arrays = _Arrays()
     with ExitStack() as stack:
-        run = _Run(load_scene(options), options.duration, options.sample, options.commands, None)
+        run = _Run(load_scene(options), options.duration, options.sample, options.commands, None,
+                   energies=not str(options.output).endswith('.mcap'))  # a log has none
         sinks = _open_output(options.output, run, arrays, stack)
         if str(options.output).endswith('.npz'):
             sinks.append(arrays)

@@ -1,29 +1,24 @@
 """
-Start a brush and bring it up: `ros2 launch bristle_ros brush.launch.py scene:=tilted_sweep`.
+Start a brush: `ros2 launch bristle_ros brush.launch.py scene:=tilted_sweep log:=run1`.
 
-Transitions are events, not `LifecycleNode(autostart=True)`, which launch_ros has since 0.26.7 only.
+The node brings itself up (run.autostart), so that nothing here depends on launch_ros' own autostart,
+which came with 0.26.7. Two brushes: include this file twice, with a namespace each.
 """
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.actions import (DeclareLaunchArgument, EmitEvent, OpaqueFunction,
-                            RegisterEventHandler, Shutdown)
-from launch.event_handlers import OnProcessStart
-from launch.events import matches_action
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import LifecycleNode
-from launch_ros.event_handlers import OnStateTransition
-from launch_ros.events.lifecycle import ChangeState
-from lifecycle_msgs.msg import Transition
+from launch_ros.actions import Node
 
 ARGUMENTS = (
     ('scene', 'cutting_brush', 'a scene of this package by name, or the path of a scene file'),
     ('log', '', 'path of the log to write; empty: none, or what the scene says'),
     ('namespace', '', 'of the node and its topics: one for each brush'),
     ('use_sim_time', 'false', 'whether time comes from /clock'),
-    ('autostart', 'true', 'whether to configure and activate the node'))
-TRUE = ('true', '1', 'yes', 'on')
+    ('autostart', 'true', 'whether the node configures and activates itself'))
+SPELLINGS = {'true': True, '1': True, 'yes': True, 'false': False, '0': False, 'no': False}
 
 
 def generate_launch_description():
@@ -33,39 +28,30 @@ def generate_launch_description():
     return LaunchDescription([*declared, OpaqueFunction(function=_brush)])
 
 
-def scene_path(scene):
-    """Return the path of a scene that is named as in `config/`, or given as a path."""
+def _brush(context):
+    value = {name: LaunchConfiguration(name).perform(context).strip() for name, _, _ in ARGUMENTS}
+    parameters = {'use_sim_time': _truth('use_sim_time', value['use_sim_time']),
+                  'run.autostart': _truth('autostart', value['autostart'])}
+    if value['log']:
+        parameters['log.path'] = value['log']
+    return [Node(
+        package='bristle_ros', executable='brush_node', name='brush_node',
+        namespace=value['namespace'], parameters=[_scene_path(value['scene']), parameters],
+        output='screen', emulate_tty=True, on_exit=Shutdown())]
+
+
+def _truth(name, text):
+    if text.lower() not in SPELLINGS:
+        raise RuntimeError(f'{name}:={text}: must be true or false')
+    return SPELLINGS[text.lower()]
+
+
+def _scene_path(scene):
     if Path(scene).suffix or '/' in scene:
         return str(Path(scene).expanduser())
     config = Path(get_package_share_directory('bristle_ros')) / 'config'
     path = config / f'{scene}.yaml'
     if not path.exists():
         names = ', '.join(sorted(found.stem for found in config.glob('*.yaml')))
-        raise RuntimeError(f'scene:={scene}: there is no such scene; give a path or one of {names}')
+        raise RuntimeError(f'scene:={scene}: no such scene; give a path, or one of {names}')
     return str(path)
-
-
-def _brush(context):
-    value = {name: LaunchConfiguration(name).perform(context).strip() for name, _, _ in ARGUMENTS}
-    # The transitions come from here, so that `autostart:=false` holds whatever the scene says.
-    parameters = {'run.autostart': False, 'use_sim_time': value['use_sim_time'].lower() in TRUE}
-    if value['log']:
-        parameters['log.path'] = value['log']
-    node = LifecycleNode(
-        package='bristle_ros', executable='brush_node', name='brush_node',
-        namespace=value['namespace'], parameters=[scene_path(value['scene']), parameters],
-        output='screen', emulate_tty=True, on_exit=Shutdown())
-    if value['autostart'].lower() not in TRUE:
-        return [node]
-
-    def change(transition):
-        return EmitEvent(event=ChangeState(
-            lifecycle_node_matcher=matches_action(node), transition_id=transition))
-
-    return [
-        RegisterEventHandler(OnStateTransition(
-            target_lifecycle_node=node, start_state='configuring', goal_state='inactive',
-            entities=[change(Transition.TRANSITION_ACTIVATE)])),
-        RegisterEventHandler(OnProcessStart(
-            target_action=node, on_start=[change(Transition.TRANSITION_CONFIGURE)])),
-        node]

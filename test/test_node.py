@@ -1,0 +1,318 @@
+"""The node as users meet it: its own process, real rclpy, messages over DDS, signals, logs."""
+import itertools
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+from bristle_ros.recording import Recording
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, WrenchStamped
+import numpy as np
+import pytest
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+from visualization_msgs.msg import MarkerArray
+
+ROOT = Path(__file__).resolve().parent.parent
+LIMIT = 90.0    # [s] before a wait is a failure: compiling on a busy machine is slow
+SCENE = """
+/**:
+  ros__parameters:
+    brush: {bristle_count: 2}
+    drive: {profile: constant, mean_speed: 5.0}
+    solver: {elements: 3, integration_time_step: 5.0e-4}
+    run: {chunk: 0.005, sample: 0.001}
+"""
+_domains = itertools.count(1 + os.getpid() % 90)
+
+
+@pytest.fixture(scope='module')
+def environment():
+    """Keep this module's graph apart from any other on the machine."""
+    settings = {'ROS_DOMAIN_ID': str(next(_domains)), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+    before = {name: os.environ.get(name) for name in settings}
+    os.environ.update(settings)
+    yield
+    for name, value in before.items():
+        os.environ.pop(name) if value is None else os.environ.__setitem__(name, value)
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / 'scene.yaml'
+    path.write_text(SCENE)
+    return path
+
+
+class Brush:
+    """A brush_node in its own process and group; ended hard when a test forgets it."""
+
+    def __init__(self, scene, *arguments, log=None):
+        given = ['--ros-args', '--params-file', str(scene)]
+        for argument in (*arguments, *([f'log.path:={log}'] if log else [])):
+            given += argument.split() if argument.startswith('-') else ['-p', argument]
+        self.process = subprocess.Popen(
+            [sys.executable, '-m', 'bristle_ros', 'brush_node', *given], cwd=ROOT, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
+
+    def end(self, number=signal.SIGINT, times=1):
+        """Send the signal; return (exit code, what it printed)."""
+        for _ in range(times):
+            self.process.send_signal(number)
+        return self.wait()
+
+    def wait(self):
+        out, err = self.process.communicate(timeout=LIMIT)
+        return self.process.returncode, out + err
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.communicate()
+
+
+class User:
+    """Another ROS node, in this process."""
+
+    def __init__(self):
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context)
+        self.node = rclpy.create_node('user', context=self.context)
+        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor.add_node(self.node)
+
+    def until(self, condition, what):
+        """Spin until it is so."""
+        end = time.monotonic() + LIMIT
+        while not condition():
+            assert time.monotonic() < end, f'{what}: not within {LIMIT} s'
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def listen(self, type_, topic):
+        """Return the list that its messages go to."""
+        found = []
+        self.node.create_subscription(type_, topic, found.append, QoSProfile(depth=1000))
+        return found
+
+    def publisher(self, type_, topic):
+        publisher = self.node.create_publisher(type_, topic, 10)
+        self.until(publisher.get_subscription_count, f'a subscriber of {topic}')
+        return publisher
+
+    def call(self, type_, name, **request):
+        client = self.node.create_client(type_, name)
+        self.until(client.service_is_ready, f'service {name}')
+        future = client.call_async(type_.Request(**request))
+        self.until(future.done, f'answer of {name}')
+        self.node.destroy_client(client)
+        return future.result()
+
+
+@pytest.fixture
+def user(environment):
+    made = User()
+    yield made
+    made.node.destroy_node()
+    rclpy.shutdown(context=made.context)
+
+
+def seconds(message):
+    return message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
+
+
+def run(*arguments):
+    return subprocess.run([sys.executable, '-m', 'bristle_ros', *map(str, arguments)], cwd=ROOT,
+                          capture_output=True, text=True, timeout=LIMIT)
+
+
+def samples(log, topic):
+    """Return [(step, CDR bytes)] of one topic of a log."""
+    return [(entry.step, entry.message.data) for entry in Recording(log).entries()
+            if entry.name == topic]
+
+
+def test_in_the_loop(scene, user, tmp_path):
+    """Commands in, every topic out, and the same bits again from what the log holds."""
+    log = tmp_path / 'run'
+    with Brush(scene, log=log) as brush:
+        heard = {topic: user.listen(type_, topic) for topic, type_ in {
+            'contact_wrench': WrenchStamped, 'tip_wrench': WrenchStamped,
+            'mount_wrench': WrenchStamped, 'tip_pose': PoseStamped, 'joint_states': JointState,
+            'bristle_markers': MarkerArray}.items()}
+        user.until(lambda: all(len(found) > 20 for found in heard.values()), 'every topic')
+        user.publisher(Float64, 'cmd_brush_speed').publish(Float64(data=7.0))
+        speeds = heard['joint_states']
+        user.until(lambda: speeds[-1].velocity[0] == pytest.approx(7.0), 'the commanded speed')
+        velocity = TwistStamped()
+        velocity.twist.linear.x = 0.4
+        user.publisher(TwistStamped, 'cmd_vel').publish(velocity)
+        user.publisher(Float64, 'cmd_penetration').publish(Float64(data=0.004))
+        bad = user.publisher(Float64, 'cmd_brush_speed')
+        bad.publish(Float64(data=float('nan')))
+        bad.publish(Float64(data=1e308))
+        after = len(speeds)
+        user.until(lambda: len(speeds) > after + 100, 'the brush going on')
+        code, printed = brush.end()
+    assert code == 0, printed
+    assert 'Traceback' not in printed and 'refused' in printed
+    assert heard['tip_wrench'][-1].header.frame_id == 'road'
+    assert heard['contact_wrench'][-1].header.frame_id == 'brush_mount'
+    assert len(heard['bristle_markers'][-1].markers) == 2
+    times = np.array([seconds(message) for message in speeds])
+    np.testing.assert_allclose(np.diff(times), 0.005, atol=2e-9)
+
+    done = run('replay', log, '--verify')
+    assert (done.returncode, 'identical' in done.stdout) == (0, True), done.stdout + done.stderr
+    last = samples(log, 'tip_pose')[-1][0]
+    again = tmp_path / 'again.mcap'
+    done = run('simulate', scene, '--duration', last * 5e-4, '--commands', log, '--output', again)
+    assert done.returncode == 0, done.stderr
+    for topic in heard.keys() - {'bristle_markers'}:
+        assert samples(log, topic) == samples(again, topic)
+    effects = [(entry.step, entry.name) for entry in Recording(log).entries()
+               if entry.name.startswith('cmd_')]
+    assert [name for _, name in effects] == ['cmd_brush_speed', 'cmd_vel', 'cmd_penetration']
+    assert all(step % 10 == 0 for step, _ in effects), 'commands take effect at chunk starts'
+
+
+def test_pause_step_reset(scene, user):
+    with Brush(scene) as brush:
+        states = user.listen(JointState, 'joint_states')
+        user.until(lambda: len(states) > 20, 'joint_states')
+        assert not user.call(Trigger, 'brush_node/step').success, 'only while paused'
+        assert user.call(SetBool, 'brush_node/pause', data=True).success
+        assert user.call(Trigger, 'brush_node/reset').success
+        before = user.call(Trigger, 'brush_node/step')
+        assert before.success
+        user.until(lambda: states[-1].position[0] == pytest.approx(0.025), 'one chunk from start')
+        held = seconds(states[-1])
+        for chunk in (2, 3):
+            assert user.call(Trigger, 'brush_node/step').success
+            user.until(lambda: seconds(states[-1]) == pytest.approx(held + (chunk - 1) * 0.005),
+                       'one chunk more')
+            assert states[-1].position[0] == pytest.approx(0.025 * chunk)
+        assert np.all(np.diff([seconds(state) for state in states]) > 0.0), 'time never jumps back'
+        assert user.call(SetBool, 'brush_node/pause', data=False).success
+        user.until(lambda: seconds(states[-1]) > held + 0.1, 'going on')
+        assert brush.end(signal.SIGTERM)[0] == 0
+
+
+def test_parameters(scene, user):
+    factor = 'run.real_time_factor'
+    with Brush(scene, 'run.real_time_factor:=2', 'road.attack_angle:=0') as brush:
+        states = user.listen(JointState, 'joint_states')
+        user.until(lambda: states, 'joint_states')
+        (described,) = user.call(DescribeParameters, 'brush_node/describe_parameters',
+                                 names=['bristle.length']).descriptors
+        assert described.read_only and described.floating_point_range[0].from_value > 0.0
+        values = user.call(GetParameters, 'brush_node/get_parameters',
+                           names=[factor, 'brush.bristle_count', 'sweeper.velocity']).values
+        assert values[0].double_value == 2.0 and values[1].integer_value == 2
+        assert list(values[2].double_array_value) == [0.0, 0.0]
+
+        def set_to(name, **value):
+            parameter = Parameter(name=name, value=ParameterValue(**value))
+            return user.call(SetParameters, 'brush_node/set_parameters',
+                             parameters=[parameter]).results[0]
+
+        whole = set_to(factor, type=ParameterType.PARAMETER_INTEGER, integer_value=3)
+        assert whole.successful, whole.reason
+        assert not set_to(factor, type=ParameterType.PARAMETER_DOUBLE, double_value=-1.0).successful
+        assert not set_to(factor, type=ParameterType.PARAMETER_STRING, string_value='a').successful
+        assert not set_to('bristle.length', type=ParameterType.PARAMETER_DOUBLE,
+                          double_value=0.2).successful
+        assert brush.end()[0] == 0
+
+
+def test_namespace_twist_and_timeout(scene, user, tmp_path):
+    log = tmp_path / 'left.mcap'
+    with Brush(scene, '-r __ns:=/left', 'run.stamped_cmd_vel:=false', 'run.command_timeout:=0.2',
+               log=log) as brush:
+        states = user.listen(JointState, 'left/joint_states')
+        command = Twist()
+        command.linear.x = 0.3
+        user.publisher(Twist, 'left/cmd_vel').publish(command)
+        user.until(lambda: states, 'left/joint_states')
+        enough = seconds(states[-1]) + 0.6
+        user.until(lambda: seconds(states[-1]) > enough, 'the timeout')
+        code, printed = brush.end()
+    assert code == 0, printed
+    entries = list(Recording(log).entries())
+    assert {entry.message.channel.topic for entry in entries} >= {
+        '/left/tip_pose', '/left/cmd_vel', '/left/brush_node/events', '/diagnostics'}
+    assert any(b'timeout' in entry.message.data for entry in entries if entry.name == '~/events')
+    done = run('replay', log, '--verify')
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(('number', 'times'), [(signal.SIGINT, 2), (signal.SIGTERM, 1),
+                                               (signal.SIGKILL, 1)])
+def test_a_log_survives(scene, user, tmp_path, number, times):
+    log = tmp_path / 'run'
+    with Brush(scene, log=log) as brush:
+        states = user.listen(JointState, 'joint_states')
+        user.until(lambda: states and seconds(states[-1]) > 1.5, '1.5 s of the run')
+        code, printed = brush.end(number, times)
+    lost = seconds(states[-1]) - samples(log, 'tip_pose')[-1][0] * 5e-4
+    if number == signal.SIGKILL:
+        assert code == -number
+        assert lost < 1.0, 'a kill costs a second at most'
+    else:
+        assert code == 0, printed
+        assert lost <= 1e-9
+        assert (log / 'metadata.yaml').exists()
+    assert 'Traceback' not in printed
+    done = run('replay', log, '--verify')
+    assert (done.returncode, 'identical' in done.stdout) == (0, True), done.stdout + done.stderr
+
+
+def test_a_signal_while_it_starts(scene, environment):
+    with Brush(scene) as brush:
+        # The handlers are there as soon as the executor's threads are.
+        end = time.monotonic() + LIMIT
+        while len(os.listdir(f'/proc/{brush.process.pid}/task')) < 3:
+            assert time.monotonic() < end and brush.process.poll() is None
+            time.sleep(0.01)
+        code, printed = brush.end()
+    assert (code, 'Traceback' in printed) == (0, False), printed
+
+
+@pytest.mark.parametrize(('argument', 'said'), [
+    ('bristle.lenght:=0.2', 'did you mean bristle.length?'),
+    ('friction.kinetic:=0.9', 'friction.kinetic = 0.9'),
+    ('run.chunk:=0.00512', 'the nearest'),
+    ('log.path:=/proc/no/such', 'log.path = "/proc/no/such"'),
+    ('--foo', '--foo')])
+def test_unusable_input_is_one_line(scene, environment, argument, said):
+    with Brush(scene, argument) as brush:
+        code, printed = brush.wait()
+    assert code == 2
+    assert said in printed and len(printed.strip().splitlines()) == 1, printed
+
+
+def test_nothing_is_lost_when_the_simulation_cannot_go_on(scene, user, tmp_path):
+    log = tmp_path / 'run'
+    # A wire as soft as jelly, spun up in one step, is beyond any sub-step.
+    hopeless = ['bristle.youngs_modulus:=1000.0', 'drive.mean_speed:=300.0',
+                'drive.max_speed:=320.0', 'solver.integration_time_step:=0.005']
+    with Brush(scene, *hopeless, 'run.sample:=0.005', log=log) as brush:
+        code, printed = brush.wait()
+    assert code == 3, printed
+    (line,) = [line for line in printed.splitlines() if line.startswith('brush_node:')]
+    assert 'step' in line and 'Traceback' not in printed
+    assert (log / 'metadata.yaml').exists()
+    failures = [json.loads(entry.message.data[8:].rstrip(b'\0')) for entry in
+                Recording(log).entries() if b'fail' in entry.message.data]
+    assert failures
