@@ -2,7 +2,8 @@
 A rotating brush of flexible bristles on a road, simulated by beam finite elements, for ROS 2.
 
 Three calls serve scripts: `load(path)` reads a Scene, `build(scene)` makes its Simulation, and
-`simulate(...)` runs one to its end. They are imported when first asked for: `--help` needs no numba.
+`simulate(...)` runs one to its end. They are imported when first asked for: `--help` needs no
+numba.
 """
 from importlib import import_module
 

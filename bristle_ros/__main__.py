@@ -1,8 +1,8 @@
 """
 The command line: `python3 -m bristle_ros VERB ...`, and the executables that ROS 2 finds.
 
-Each verb parses its own arguments, in the module that does it. That module is imported only then, so
-that `--help`, `--version` and `scene --keys` need neither numba nor ROS.
+Each verb parses its own arguments, in the module that does it. That module is imported only then,
+so that `--help`, `--version` and `scene --keys` need neither numba nor ROS.
 """
 import difflib
 from importlib import import_module

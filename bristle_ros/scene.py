@@ -1,8 +1,9 @@
 """
 What to simulate: a Scene, from a ROS 2 parameter file or from a node's parameters, fully checked.
 
-Keys, ranges and meanings: scene_sections.py. Spelling of values in YAML: scene_yaml.py. A scene that
-exists can be used: every check raises SceneError, one line with file, key, value and what would do.
+Keys, ranges and meanings: scene_sections.py. Spelling of values in YAML: scene_yaml.py. A scene
+that exists can be used: every check raises SceneError, one line with file, key, value and what
+would do.
 """
 from dataclasses import dataclass, field, fields
 import difflib
@@ -57,7 +58,7 @@ def _check_combinations(scene):
             '0.0 or give a finite stiffness', key='contact.damping', value=contact.damping)
     if abs(drive.mean_speed) > drive.max_speed:
         raise SceneError(
-            f'beyond drive.max_speed = {spell(drive.max_speed)} rad/s: lower it or raise the limit',
+            f'beyond drive.max_speed = {spell(drive.max_speed)} rad/s: lower it or raise that',
             key='drive.mean_speed', value=drive.mean_speed)
     if math.hypot(*scene.sweeper.velocity) > scene.sweeper.max_speed:
         raise SceneError(
@@ -104,7 +105,7 @@ _SECTIONS = {item.name: item.default_factory for item in fields(Scene) if not it
 
 
 def keys():
-    """Return every Key of a scene in the order of the file; ROS parameters are declared from them."""
+    """Return every Key of a scene in file order; ROS parameters are declared from them."""
     return tuple(_KEYS.values())
 
 
@@ -147,8 +148,8 @@ def from_arguments(arguments, node_name='brush_node'):
     """
     Make a scene from the command line of a node: --ros-args with --params-file and -p, in order.
 
-    rcl itself keeps an integer of a file against a double given by `-p` (it stores both and looks at
-    the integer first), forgets which line a value came from, and drops keys that are given twice.
+    rcl itself keeps an integer of a file against a double given by `-p` (it stores both and looks
+    at the integer first), forgets which line a value came from, and drops keys that are given twice.
     Raises SceneError. Other ROS arguments (remappings, log levels) are passed over.
     """
     given, ours, source = {}, False, '--ros-args'
@@ -194,13 +195,14 @@ def to_yaml(scene):
 
 
 def _read(path, node_name='brush_node', *, required=True):
-    """Return dotted key to (value, where it was given) of a file's sections that are for the node."""
+    """Return dotted key to (value, place) of a file's sections that are for the node."""
     try:
         with open(path, 'rb') as file:
             content = file.read()
     except (OSError, ValueError) as error:
         reason = getattr(error, 'strerror', None) or error
-        raise SceneError(f'cannot be read ({reason}): give a scene file', source=str(path)) from None
+        problem = f'cannot be read ({reason}): give a scene file'
+        raise SceneError(problem, source=str(path)) from None
     entries = read_file(content, str(path))
     given = {entry.key: (entry.value, f'{path}:{entry.line}')
              for entry in entries if _is_ours(entry.section, node_name)}

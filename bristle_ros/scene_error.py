@@ -6,8 +6,8 @@ class SceneError(ValueError):
     """
     Input that cannot be used; `str()` is the one line a user reads.
 
-    problem: what is wrong and what would do; key, value: where in the scene, as it was given; source:
-    the file and line, or the option, that gave it. All but the problem may be left out.
+    problem: what is wrong and what would do; key, value: where in the scene, as it was given;
+    source: the file and line, or the option, that gave it. All but the problem may be left out.
     """
 
     def __init__(self, problem, *, key='', value=None, source=''):

@@ -1,4 +1,4 @@
-"""What one key of a scene may hold: its unit, range and meaning, and the check of a value against them."""
+"""What one key of a scene may hold: unit, range and meaning, and the check of a value."""
 from dataclasses import dataclass, field
 import math
 from numbers import Integral, Real
@@ -14,8 +14,8 @@ class Key:
     """
     One key of a scene file, which is also one ROS parameter.
 
-    kind: 'float', 'int', 'bool', 'str' or 'pair' (two floats); minimum, maximum: inclusive, of each
-    number; choices: the texts allowed, empty when any is.
+    kind: 'float', 'int', 'bool', 'str' or 'pair' (two floats); minimum, maximum: inclusive, of
+    each number; choices: the texts allowed, empty when any is.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Key:
         return '' if self.unit in ('', '1') else ' ' + self.unit
 
     def check(self, value):
-        """Return `value` in the key's type; raise SceneError when it is not one the key accepts."""
+        """Return `value` in the key's type; raise SceneError when the key cannot take it."""
         try:
             return getattr(self, '_' + self.kind)(value)
         except (TypeError, ValueError, OverflowError):
@@ -138,5 +138,5 @@ def _field(kind, default, unit, minimum, maximum, description, choices=()):
 
 
 def key_of(name, declared):
-    """Make the Key called `name` (dotted) from a dataclass field declared with the functions above."""
+    """Make the Key called `name` (dotted) from a field declared with the functions above."""
     return Key(name=name, **declared.metadata)

@@ -1,4 +1,4 @@
-"""The sections of a scene: every key with its default, unit, range and meaning. SI units, radians."""
+"""The sections of a scene: every key with default, unit, range and meaning. SI, radians."""
 from dataclasses import dataclass, fields
 import math
 
@@ -12,7 +12,7 @@ class _Section:
     """Checks its fields when made, so that a section that exists is one that can be used."""
 
     def __post_init__(self):
-        """Store each field in its declared type; raise SceneError for one that is not acceptable."""
+        """Store each field in its declared type; raise SceneError for one out of bounds."""
         for key in self.keys():
             name = key.name.rpartition('.')[2]
             object.__setattr__(self, name, key.check(getattr(self, name)))
@@ -47,7 +47,8 @@ class Brush(_Section):
         0.0, 'rad', -ANY_ANGLE, ANY_ANGLE,
         'gamma: right-hand turn of the section about the clamp-to-tip direction; 0 cuts')
     bristle_count: int = count(1, 1, 1000, 'bristles simulated, equally spaced in azimuth')
-    wires_per_bristle: int = count(1, 1, 100000, 'real wires that one simulated bristle stands for')
+    wires_per_bristle: int = count(
+        1, 1, 100000, 'real wires that one simulated bristle stands for')
     start_angle: float = number(
         0.0, 'rad', -ANY_ANGLE, ANY_ANGLE, 'azimuth of bristle 0 from mount +x at t = 0')
 
@@ -59,9 +60,9 @@ class Road(_Section):
     attack_angle: float = number(
         0.0, 'rad', 0.0, 1.5, 'beta: tilt of the brush axis from the road normal')
     tilt_azimuth: float = number(
-        0.0, 'rad', -ANY_ANGLE, ANY_ANGLE, 'where the low side of the tilted brush faces; 0: forward')
+        0.0, 'rad', -ANY_ANGLE, ANY_ANGLE, 'where the low side of a tilted brush faces; 0: forward')
     penetration: float = number(
-        0.005, 'm', -10.0, 10.0, "Delta: depth of the undeformed tip's lowest point below the road")
+        0.005, 'm', -10.0, 10.0, "Delta: depth of the undeformed tip below the road, at its lowest")
     approach_time: float = number(
         0.02, 's', 0.0, 1e4, 'time in which the penetration grows from zero; 0: there at once')
     max_rate: float = number(
@@ -73,9 +74,10 @@ class Contact(_Section):
     """Normal contact between tip and road."""
 
     enabled: bool = switch(True, 'whether there is a road at all')
-    normal_stiffness: float = number(1e5, 'N/m', 1.0, INF, 'Kn: contact stiffness; .inf: rigid road')
+    normal_stiffness: float = number(
+        1e5, 'N/m', 1.0, INF, 'Kn: contact stiffness; .inf: rigid road')
     damping: float = number(
-        0.0, 's/m', 0.0, 1e6, 'Hunt-Crossley damping: force times (1 + damping * penetration rate)')
+        0.0, 's/m', 0.0, 1e6, 'Hunt-Crossley: force times (1 + damping * penetration rate)')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +123,7 @@ class Sweeper(_Section):
     max_yaw_acceleration: float = number(
         2.0, 'rad/s^2', 1e-6, 1e6, 'limit on commanded changes of the yaw rate')
     mount_position: tuple = pair(
-        (0.0, 0.0), 'm', -100.0, 100.0, "mount centre, forward and to the left of the sweeper's base")
+        (0.0, 0.0), 'm', -100.0, 100.0, "mount centre from the sweeper's base: forward, to the left")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,7 +134,7 @@ class Solver(_Section):
         'inertia', ('inertia', 'displacement'), 'solve in the brush frame, or move the clamp')
     elements: int = count(12, 1, 500, '3-node elements along a wire')
     time_step: float = number(
-        0.0, 's', 0.0, 10.0, 'TS: loads are sampled at it and ramped between; 0: exact at every ITS')
+        0.0, 's', 0.0, 10.0, 'TS: loads are sampled at it, ramped between; 0: exact at every ITS')
     integration_time_step: float = number(1e-4, 's', 1e-8, 0.1, 'ITS: step of the integrator')
     integrator: str = choice(
         'generalized_alpha', ('generalized_alpha', 'newmark', 'hht'), 'time integrator')

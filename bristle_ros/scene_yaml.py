@@ -3,7 +3,8 @@ Reads ROS 2 parameter files and `-p key:=value` texts as rcl_yaml_param_parser d
 
 PyYAML's own idea of numbers differs (1e5 is text to it, yes and 1:30 are not what ROS makes of
 them), so only its event stream is used: what a scalar means is decided here, as in `get_value` of
-rcl_yaml_param_parser/src/parse.c (Jazzy). What rcl silently overwrites, a key given twice, is refused.
+rcl_yaml_param_parser/src/parse.c (Jazzy). A key given twice, which rcl overwrites without a
+word, is refused.
 """
 import re
 import sys
@@ -57,7 +58,8 @@ def _read_integer(text):
     sign, hexadecimal, octal, decimal = match.groups()
     size = int(hexadecimal, 16) if hexadecimal else int(octal, 8) if octal else int(decimal)
     value = -size if sign == '-' else size
-    return value if -2**63 <= value < 2**63 else None  # beyond that strtoll fails, and strtod reads it
+    # Beyond 64 bits strtoll fails, and strtod reads it.
+    return value if -2**63 <= value < 2**63 else None
 
 
 def _read_double(text):
@@ -82,7 +84,7 @@ def _read_double(text):
 
 
 def read_text(text, source):
-    """Return the value of a `-p key:=value` text: a scalar, a list of scalars of one type, or None."""
+    """Return the value of a `-p key:=value` text: a scalar, a list of one type, or None."""
     value = None
     events = _events(text, source)
     for event in events:
@@ -94,7 +96,7 @@ def read_text(text, source):
 
 
 def read_file(content, source):
-    """Return the Entries of a parameter file's bytes, in file order; `source` names it in errors."""
+    """Return the Entries of a parameter file's bytes, in order; `source` names it in errors."""
     entries = []
     events = _events(content, source)
     for event in events:
@@ -165,7 +167,7 @@ def _keys(events, source, depth):
 
 def _value(event, events, place):
     if isinstance(event, yaml.AliasEvent):
-        raise SceneError('YAML aliases (*) are not read by ROS 2: write the value out', source=place)
+        raise SceneError('ROS 2 reads no YAML aliases (*): write the value out', source=place)
     if isinstance(event, yaml.ScalarEvent):
         return _scalar(event, place)
     items = []
