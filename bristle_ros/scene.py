@@ -149,7 +149,7 @@ def from_arguments(arguments, node_name='brush_node'):
     Make a scene from the command line of a node: --ros-args with --params-file and -p, in order.
 
     rcl itself keeps an integer of a file against a double given by `-p` (it stores both and looks
-    at the integer first), forgets which line a value came from, and drops keys that are given twice.
+    at the integer first), forgets which line a value came from, and drops keys given twice.
     Raises SceneError. Other ROS arguments (remappings, log levels) are passed over.
     """
     given, ours, source = {}, False, '--ros-args'

@@ -60,9 +60,9 @@ class Road(_Section):
     attack_angle: float = number(
         0.0, 'rad', 0.0, 1.5, 'beta: tilt of the brush axis from the road normal')
     tilt_azimuth: float = number(
-        0.0, 'rad', -ANY_ANGLE, ANY_ANGLE, 'where the low side of a tilted brush faces; 0: forward')
+        0.0, 'rad', -ANY_ANGLE, ANY_ANGLE, 'where the low side of the brush faces; 0: forward')
     penetration: float = number(
-        0.005, 'm', -10.0, 10.0, "Delta: depth of the undeformed tip below the road, at its lowest")
+        0.005, 'm', -10.0, 10.0, 'Delta: depth of the undeformed tip below the road at its lowest')
     approach_time: float = number(
         0.02, 's', 0.0, 1e4, 'time in which the penetration grows from zero; 0: there at once')
     max_rate: float = number(
@@ -123,7 +123,7 @@ class Sweeper(_Section):
     max_yaw_acceleration: float = number(
         2.0, 'rad/s^2', 1e-6, 1e6, 'limit on commanded changes of the yaw rate')
     mount_position: tuple = pair(
-        (0.0, 0.0), 'm', -100.0, 100.0, "mount centre from the sweeper's base: forward, to the left")
+        (0.0, 0.0), 'm', -100.0, 100.0, "mount centre from the sweeper's base: forward, left")
 
 
 @dataclass(frozen=True, kw_only=True)

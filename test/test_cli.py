@@ -1,0 +1,143 @@
+"""The command line: exit codes, errors on one line, and what must not be imported for a question."""
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+from bristle_ros import __main__ as command_line
+from bristle_ros import __version__
+from bristle_ros.scene import keys
+from bristle_ros.scene_error import SceneError
+import pytest
+
+
+def run(root, *arguments, **options):
+    return subprocess.run([sys.executable, '-m', 'bristle_ros', *arguments], cwd=root, text=True,
+                          capture_output=True, timeout=60, **options)
+
+
+@pytest.mark.parametrize('arguments', [
+    ('--help',), ('--version',), ('scene', '--keys'), ('scene', 'config/tilted_sweep.yaml'),
+    ('scene', '--help'), ('simulate', '--help')], ids=' '.join)
+def test_questions_import_nothing_heavy(root, arguments):
+    code = ('import sys\nfrom bristle_ros.__main__ import main\n'
+            'try:\n    code = main(sys.argv[1:])\nexcept SystemExit as left:\n    code = left.code\n'
+            'import json\nprint(json.dumps([code, sorted(sys.modules)]), file=sys.stderr)')
+    done = subprocess.run([sys.executable, '-c', code, *arguments], cwd=root, text=True,
+                          capture_output=True, timeout=60)
+    exit_code, modules = json.loads(done.stderr.splitlines()[-1])
+    assert exit_code == 0
+    assert done.stdout
+    assert not {'numba', 'rclpy', 'mcap', 'matplotlib', 'rosbags'} & set(modules)
+    assert ('numpy' in modules) <= (arguments[0] == 'simulate')
+
+
+def test_keys_lists_every_key(root):
+    listed = run(root, 'scene', '--keys').stdout
+    for key in keys():
+        line = next(line for line in listed.splitlines()
+                    if line.split(' ')[0].rstrip(':') == key.name)
+        assert key.unit in ('', '1') or f'[{key.unit}]' in line
+        assert key.description in listed
+        assert key.range in listed
+
+
+def test_version(root):
+    assert run(root, '--version').stdout == f'bristle_ros {__version__}\n'
+
+
+@pytest.mark.parametrize(('arguments', 'message'), [
+    ([], 'bristle_ros: no verb (--help lists them)'),
+    (['simulat'], "bristle_ros: 'simulat' is no verb, did you mean simulate? (--help lists them)"),
+    (['scene'], 'bristle_ros scene: give either --keys or a scene file (--help tells the arguments)'),
+    (['scene', '--key'],
+     'bristle_ros scene: unrecognized arguments: --key (--help tells the arguments)'),
+    (['scene', 'none.yaml'],
+     'scene: none.yaml: cannot be read (No such file or directory): give a scene file'),
+    (['scene', 'config/tilted_sweep.yaml', '-p', 'gravity'],
+     "scene: -p: 'gravity' is not an override: write key:=value"),
+    (['scene', 'config/tilted_sweep.yaml', '-p', 'gravity:=-1'],
+     'scene: -p: gravity = -1: must be a number from 0 to 1000 m/s^2'),
+], ids=lambda value: ' '.join(value) if isinstance(value, list) else '')
+def test_unusable_input_is_one_line_and_exit_2(root, arguments, message):
+    done = run(root, *arguments)
+    assert (done.returncode, done.stderr, done.stdout) == (2, message + '\n', '')
+
+
+class StepFailure(RuntimeError):
+    """Stands for the one of simulation.py, which is known by its name."""
+
+
+class CommandRefused(ValueError):
+    """Likewise."""
+
+
+@pytest.mark.parametrize(('error', 'code', 'line'), [
+    (SceneError('bad', key='gravity', value=-1.0, source='a.yaml:3'), 2,
+     'bench: a.yaml:3: gravity = -1.0: bad'),
+    (StepFailure('t = 0.1 s, step 1000:\n the tip diverged'), 3,
+     'bench: t = 0.1 s, step 1000: the tip diverged'),
+    (CommandRefused('cmd_vel = [nan]'), 2, 'bench: cmd_vel = [nan]'),
+    (KeyboardInterrupt(), 130, 'bench: interrupted'),
+    (PermissionError(13, 'Permission denied', 'out.npz'), 2, 'bench: out.npz: Permission denied'),
+    (ModuleNotFoundError("No module named 'rclpy'", name='rclpy'), 2,
+     "bench: needs the Python package 'rclpy', which is not installed: see README.md, Installing"),
+], ids=lambda value: type(value).__name__ if isinstance(value, BaseException) else '')
+def test_errors_become_exit_codes(monkeypatch, capsys, error, code, line):
+    class Verb:
+        @staticmethod
+        def main(arguments):
+            raise error
+    monkeypatch.setattr(command_line, 'import_module', lambda *name: Verb)
+    assert command_line.main(['bench', 'x']) == code
+    assert capsys.readouterr().err == line + '\n'
+
+
+def test_errors_of_our_own_are_not_hidden(monkeypatch):
+    class Verb:
+        @staticmethod
+        def main(arguments):
+            raise ValueError('a mistake in the program')
+    monkeypatch.setattr(command_line, 'import_module', lambda *name: Verb)
+    with pytest.raises(ValueError, match='a mistake'):
+        command_line.main(['bench'])
+
+
+def test_a_reader_that_leaves_is_no_error(root):
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run([sys.executable, '-m', 'bristle_ros', 'scene', '--keys'], cwd=root,
+                          stdout=write, stderr=subprocess.PIPE, timeout=60)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (0, b'')
+
+
+def test_interrupt_is_one_line_and_exit_130(root, tmp_path):
+    pipe = tmp_path / 'scene.yaml'
+    os.mkfifo(pipe)  # reading it waits for a writer: the verb hangs until it is interrupted
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'bristle_ros', 'scene', str(pipe)], cwd=root, text=True,
+        stderr=subprocess.PIPE,
+        # A suite run in the background has SIGINT ignored, and its children too.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+    try:
+        writer = _open_when_read(pipe)
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=30)[1] == 'scene: interrupted\n'
+        assert process.returncode == 130
+        os.close(writer)
+    finally:
+        process.kill()
+        process.wait()
+
+
+def _open_when_read(pipe):
+    deadline = time.monotonic() + 30
+    while True:
+        try:
+            return os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)
+        except OSError:  # nobody reads it yet
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
