@@ -1,0 +1,138 @@
+"""Static equilibrium in a frame that turns steadily, friction off: pseudo-transient continuation."""
+from .beam import internal_forces
+from .chain import (CORNER, eliminate, factorise, INVERSE, load_residual, OK, RECORD, substitute)
+from .frame import CLAMP, HEIGHT, ROTATION, SPIN, SPIN_RATE
+from .jit import jit
+from .layout import BLOCK, ELEMENTS, HA, HV, LANES, Q, R, X, X0
+from .loads import residual
+from .stepping import move_nodes, NO_CONVERGENCE
+from .tip import FORCE, GAP, rotate, rotate_back
+
+PSEUDO_STEPS = 400
+ITERATIONS = 25
+FIRST = 1e-3        # [s] first pseudo time step
+LAST = 1e3          # [s] from here on inertia no longer counts
+RISE = 0.2          # of the road in a pseudo step, in element lengths
+
+
+@jit
+def _contact(b, lane, record, law, frame, tip):
+    """Put the normal force that the linearised tip finds into the last block; frictionless."""
+    q0, q1, q2, q3 = (b[Q * LANES + lane], b[(Q + 1) * LANES + lane],
+                      b[(Q + 2) * LANES + lane], b[(Q + 3) * LANES + lane])
+    n1, n2, n3 = frame[ROTATION + 6], frame[ROTATION + 7], frame[ROTATION + 8]
+    normal = ((1.0 - 2.0 * (q2 * q2 + q3 * q3)) * n1 + 2.0 * (q1 * q2 + q0 * q3) * n2
+              + 2.0 * (q1 * q3 - q0 * q2) * n3,
+              2.0 * (q1 * q2 - q0 * q3) * n1 + (1.0 - 2.0 * (q1 * q1 + q3 * q3)) * n2
+              + 2.0 * (q2 * q3 + q0 * q1) * n3,
+              2.0 * (q1 * q3 + q0 * q2) * n1 + 2.0 * (q2 * q3 - q0 * q1) * n2
+              + (1.0 - 2.0 * (q1 * q1 + q2 * q2)) * n3)
+    free = 0.0
+    compliance = 0.0
+    for i in range(3):
+        for k in range(6):
+            free += normal[i] * record[INVERSE + 8 * k + i] * record[CORNER + k]
+        for k in range(3):
+            compliance += normal[i] * record[INVERSE + 8 * k + i] * normal[k]
+    _, _, height = rotate(frame, ROTATION, b[X * LANES + lane], b[(X + 1) * LANES + lane],
+                          b[(X + 2) * LANES + lane])
+    base = height + frame[HEIGHT] + free - compliance * tip[FORCE + 2]
+    if law.stiffness == 0.0:
+        force = max(0.0, -base / compliance)
+    else:
+        force = max(0.0, -base * law.stiffness / (1.0 + law.stiffness * compliance))
+    change = force - tip[FORCE + 2]
+    tip[FORCE + 2] = force
+    tip[GAP] = base + compliance * force
+    for k in range(3):
+        record[CORNER + k] += change * normal[k]
+
+
+@jit
+def settle(model, law, s, chain, tip, frame, load, scratch):
+    """
+    Move one bristle to its static equilibrium from where it is; return OK or NO_CONVERGENCE.
+
+    frame : (FRAME,)    frame record; its spin acts, its spin rate should be zero
+    load [N, N m] : (6,)    extra force (brush axes) and moment (section axes) at the tip
+    Each pseudo step solves mass / tau^2 (x - x0) = force(x) and tau grows, so the way leads downhill
+    in energy past limit points, and the last steps are Newton's own. A road that starts above the tip
+    rises to its height (in `frame`) meanwhile.
+    tip : FORCE (normal component) and GAP are filled.
+    """
+    elements, blocks = model.elements, model.blocks
+    lane = ELEMENTS + (elements - 1) % ELEMENTS
+    b = s[(elements - 1) // ELEMENTS * BLOCK:((elements - 1) // ELEMENTS + 1) * BLOCK]
+    last = chain[(elements - 1) * RECORD:elements * RECORD]
+    for j in range(blocks):
+        for row in range(6):
+            for i in range(LANES):
+                s[j * BLOCK + (HA + row) * LANES + i] = 0.0
+                s[j * BLOCK + (HV + row) * LANES + i] = 0.0
+    _, _, tip_height = rotate(frame, ROTATION, b[X * LANES + lane], b[(X + 1) * LANES + lane],
+                              b[(X + 2) * LANES + lane])
+    target = frame[HEIGHT]
+    frame[HEIGHT] = max(target, -tip_height)
+    tau = FIRST
+    tip[FORCE] = 0.0
+    tip[FORCE + 1] = 0.0
+    tip[FORCE + 2] = 0.0
+    for _ in range(PSEUDO_STEPS):
+        ca = 0.0 if tau >= LAST else 1.0 / (tau * tau)
+        for j in range(blocks):
+            for row in range(7):
+                for i in range(LANES):
+                    s[j * BLOCK + (X0 + row) * LANES + i] = s[j * BLOCK + (X + row) * LANES + i]
+        force0 = tip[FORCE + 2]
+        converged = False
+        size = 0.0
+        for iteration in range(ITERATIONS):
+            internal_forces(s, blocks, frame[CLAMP:], model.section, 1.0)
+            residual(s, blocks, ca, 0.0, 0.0, frame)
+            if factorise(s, elements, model.section, 1.0, ca, frame[SPIN:], frame[SPIN_RATE:],
+                         0.0, chain, scratch.work) != OK:
+                break
+            q0, q1, q2, q3 = (b[Q * LANES + lane], b[(Q + 1) * LANES + lane],
+                              b[(Q + 2) * LANES + lane], b[(Q + 3) * LANES + lane])
+            f1, f2, f3 = load[0], load[1], load[2]
+            if law is not None:
+                n1, n2, n3 = rotate_back(frame, ROTATION, 0.0, 0.0, tip[FORCE + 2])
+                f1, f2, f3 = f1 + n1, f2 + n2, f3 + n3
+            b[R * LANES + lane] += ((1.0 - 2.0 * (q2 * q2 + q3 * q3)) * f1
+                                    + 2.0 * (q1 * q2 + q0 * q3) * f2
+                                    + 2.0 * (q1 * q3 - q0 * q2) * f3)
+            b[(R + 1) * LANES + lane] += (2.0 * (q1 * q2 - q0 * q3) * f1
+                                          + (1.0 - 2.0 * (q1 * q1 + q3 * q3)) * f2
+                                          + 2.0 * (q2 * q3 + q0 * q1) * f3)
+            b[(R + 2) * LANES + lane] += (2.0 * (q1 * q3 + q0 * q2) * f1
+                                          + 2.0 * (q2 * q3 - q0 * q1) * f2
+                                          + (1.0 - 2.0 * (q1 * q1 + q2 * q2)) * f3)
+            for i in range(3):
+                b[(R + 3 + i) * LANES + lane] += load[3 + i]
+            load_residual(s, elements, chain)
+            eliminate(chain, elements)
+            if law is not None:
+                _contact(b, lane, last, law, frame, tip)
+            substitute(chain, elements)
+            size = move_nodes(s, elements, model.section.element_length, chain)
+            if not size < 2.0:
+                break
+            if size <= model.scheme.tolerance:
+                converged = True
+                break
+        if not converged:
+            tip[FORCE + 2] = force0
+            for j in range(blocks):
+                for row in range(7):
+                    for i in range(LANES):
+                        at = j * BLOCK + row * LANES + i
+                        s[at + X * LANES] = s[at + X0 * LANES]
+            tau *= 0.2
+            if tau < 1e-3 * FIRST:
+                return NO_CONVERGENCE
+        elif ca == 0.0 and frame[HEIGHT] == target:
+            return OK
+        else:
+            tau *= 3.0
+            frame[HEIGHT] = max(target, frame[HEIGHT] - RISE * model.section.element_length)
+    return NO_CONVERGENCE

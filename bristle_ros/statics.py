@@ -1,0 +1,91 @@
+"""Static equilibrium of a scene: the `static` verb, and the start from it."""
+import argparse
+import json
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from . import scene as scenes
+from .model import build_model, build_state, contact_law, new_scratch
+from .physics import output
+from .physics.chain import OK
+from .physics.equilibrium import settle
+from .physics.frame import APPROACHING, PENETRATION, SPIN_RATE
+from .physics.stepping import own_frame
+from .physics.tip import FORCE
+from .scene import SceneError
+
+
+class Equilibrium(NamedTuple):
+    """Static equilibrium; B bristles, per wire."""
+
+    tip_position: np.ndarray        # [m] (B, 3), brush axes, from the mount centre
+    normal_force: np.ndarray        # [N] (B,) of the road on the tip
+    root_moment: np.ndarray         # [N m] (B, 3) of the wire on the board, about its clamp
+
+
+def settle_state(scene, model, state, scratch):
+    """
+    Move all bristles of `state` to equilibrium at time 0 of its motion; friction off.
+
+    The brush turns steadily with the drive's speed at t = 0. Raises SceneError where no equilibrium
+    is found. Leaves the tips' normal forces in the state.
+    """
+    law = contact_law(scene)
+    frame = scratch.frames[0]
+    for bristle, azimuth in enumerate(model.azimuth):
+        own_frame(model, state.motion, azimuth, 0.0, scratch, frame)
+        frame[SPIN_RATE:SPIN_RATE + 3] = 0.0
+        status = settle(model, law, state.nodes[bristle], state.chain[bristle],
+                        state.tip[bristle], frame, np.zeros(6), scratch)
+        if status != OK:
+            raise SceneError(
+                f'bristle {bristle} has no static equilibrium that could be found: try a smaller '
+                'road.penetration or drive.mean_speed', key='solver.start',
+                value=scene.solver.start)
+
+
+def equilibrium(scene):
+    """
+    Return the Equilibrium at theta = brush.start_angle: spin, gravity and road on, friction off.
+
+    The road stands at its final height, whatever the approach. Raises SceneError.
+    """
+    model = build_model(scene)
+    state = build_state(scene, model)
+    scratch = new_scratch(model)
+    state.motion[APPROACHING] = 0.0
+    state.motion[PENETRATION + 1:PENETRATION + 3] = scene.road.penetration
+    settle_state(scene, model, state, scratch)
+    rows = np.zeros((model.bristles, output.BRISTLE_COLUMNS))
+    output.observe(model, contact_law(scene), None, state, scratch, rows, np.zeros(output.TOTALS))
+    return Equilibrium(rows[:, :3].copy(), state.tip[:, FORCE + 2].copy(),
+                       rows[:, output.MOUNT_MOMENT:output.MOUNT_MOMENT + 3].copy())
+
+
+def main(argv):
+    """Run the `static` verb; return its exit code."""
+    parser = argparse.ArgumentParser(
+        prog='static', description='Static equilibrium with theta frozen at brush.start_angle.')
+    parser.add_argument('scene', help='scene file (a ROS 2 parameter file)')
+    parser.add_argument('-p', dest='parameters', action='append', default=[], metavar='KEY:=VALUE',
+                        help='change a key of the scene')
+    parser.add_argument('--json', action='store_true', help='print one JSON object')
+    options = parser.parse_args(argv)
+    scene = scenes.load(options.scene, scenes.from_arguments(options.parameters))
+    found = equilibrium(scene)
+    if options.json:
+        print(json.dumps({name: value.tolist() for name, value in found._asdict().items()}))
+        return 0
+    spin = scene.drive.mean_speed
+    print(f'static equilibrium at theta = {scene.brush.start_angle:g} rad, {spin:g} rad/s '
+          f'({spin * 30.0 / math.pi:.4g} rpm), friction off')
+    for bristle in range(len(found.normal_force)):
+        x, y, z = found.tip_position[bristle] * 1e3
+        moment = found.root_moment[bristle] * 1e3
+        print(f'bristle {bristle}: tip ({x:.4f}, {y:.4f}, {z:.4f}) mm in brush axes, '
+              f'normal force {found.normal_force[bristle]:.6g} N, '
+              f'root moment ({moment[0]:.5g}, {moment[1]:.5g}, {moment[2]:.5g}) mN m')
+    return 0
+
