@@ -7,7 +7,6 @@ import time
 from . import messages
 from .bag_metadata import qos_text, write_metadata
 from .machine import provenance
-from .mcap_file import McapFile
 from .message_types import schema_text, TYPE_HASHES
 from .scene import SceneError, to_yaml
 
@@ -38,6 +37,7 @@ class Log:
         `resolve`: contract name -> full topic name; `origin` [ns]: added to simulation time;
         `key`: what a message about a bad path calls it. Raises SceneError.
         """
+        from .mcap_file import McapFile  # here: a node without a log needs no mcap
         self.failed = None      # why logging ended, or None
         self.waited = 0         # calls that had to wait for the disk
         self._integration_time_step = scene.solver.integration_time_step

@@ -8,7 +8,7 @@ from .bag_metadata import bag_information, serialized, TopicCount
 
 COMPRESSIONS = {'none': CompressionType.NONE, 'lz4': CompressionType.LZ4,
                 'zstd': CompressionType.ZSTD}
-CHUNK_SIZE = 64 * 1024      # [B] before compression; a damaged chunk costs no more
+CHUNK_SIZE = 64 * 1024      # [B] of messages in a chunk; what damage at one place costs
 FLUSH_PERIOD = 0.5          # [s] the longest a message waits for its chunk to be written
 SYNC_PERIOD = 1.0           # [s] between waits for the disk itself, against power cuts
 
@@ -59,16 +59,16 @@ class McapFile:
         """Make the file `path`; FileExistsError if it is there."""
         self.name = path.name
         self._output = _Output(path)
-        self._writer = Writer(
-            self._output, chunk_size=CHUNK_SIZE, compression=COMPRESSIONS[compression],
-            enable_data_crcs=True)
+        # Chunks are ended here and not by the writer, so that `_whole` knows each one's end.
+        self._writer = Writer(self._output, chunk_size=1 << 62, enable_data_crcs=True,
+                              compression=COMPRESSIONS[compression])
         self._schemas = {}
         self._topics = {}       # channel -> TopicCount without its count
         self._counts = {}       # channel -> messages added
         self._start, self._end = None, 0
         self._whole = 0         # [B] what is surely readable
         self._flushed = self.information()
-        self._pending_since = None
+        self._pending_since, self._pending = None, 0    # the chunk that is growing: [s], [B]
         self._synced_at = time.monotonic()
         try:
             self._writer.start(profile='ros2', library=library)
@@ -102,6 +102,9 @@ class McapFile:
         self._end = max(self._end, log_time)
         if self._pending_since is None:
             self._pending_since = time.monotonic()
+        self._pending += len(payload)
+        if self._pending >= CHUNK_SIZE:
+            self.flush()
 
     def add_metadata(self, name, entries):
         """Add a record of text -> text, at once."""
@@ -127,7 +130,7 @@ class McapFile:
     def flush(self):
         """Bring all there is into the file."""
         self._writer.flush()
-        self._pending_since = None
+        self._pending_since, self._pending = None, 0
         self._whole, self._flushed = self._output.tell(), self.information()
         if time.monotonic() - self._synced_at >= SYNC_PERIOD:
             self._output.sync()

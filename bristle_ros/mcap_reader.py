@@ -81,16 +81,11 @@ class McapReader:
     def records(self) -> Iterator[Message | Metadata | Attachment]:
         """Yield what is in the file; raises SceneError when it is no MCAP file at all."""
         try:
-            stream = open(self.path, 'rb')
-        except OSError as error:
-            raise SceneError(f'cannot be read: {(error.strerror or "").lower()}',
-                             source=str(self.path)) from None
-        with stream:
-            try:
+            with open(self.path, 'rb') as stream:
                 yield from self._read(stream)
-            except OSError as error:  # a directory, a bad disk
-                raise SceneError(f'cannot be read: {(error.strerror or "").lower()}',
-                                 source=str(self.path)) from None
+        except OSError as error:  # not there, not ours to read, a bad disk
+            raise SceneError(f'cannot be read: {(error.strerror or str(error)).lower()}',
+                             source=str(self.path)) from None
 
     def _read(self, stream):
         size = self.path.stat().st_size

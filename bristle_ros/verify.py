@@ -32,7 +32,8 @@ def verify(path, simulation_of=None):
     elsewhere = differences(recording.machine, provenance())
     scene = recording.scene
     if simulation_of is None:
-        from .simulation import Simulation as simulation_of
+        from .simulation import Simulation
+        simulation_of = Simulation
     again = _Again(simulation_of(scene), recording, exact=not elsewhere)
     difference = ''
     for entry in recording.entries():
