@@ -118,7 +118,8 @@ class _Run:
         except ExternalShutdownException:
             pass
         except Exception as unexpected:
-            self._end(unexpected)
+            if not self._bell.rung:  # else the graph was left while something still used it
+                self._end(unexpected)
 
     def _end(self, error):
         self.failure = self.failure or error

@@ -97,8 +97,8 @@ class _Run:
         wall = driver.stepping * 1e-9
         n, last = max(1, self.samples), self.simulation.snapshot()
         lines = [
-            f'{simulated:.6g} s simulated in {wall:.3g} s ({simulated / max(wall, 1e-9):.3g} times '
-            f'real time), compiled in {self.simulation.compile_time:.3g} s',
+            f'{simulated:.6g} s simulated in {wall:.3g} s, {simulated / max(wall, 1e-9):.3g} '
+            f'times real time; compiled in {self.simulation.compile_time:.3g} s',
             f'normal force: mean {self._normal / n:.4g} N, largest {self._normal_max:.4g} N; '
             f'drive torque: mean {self._torque / n:.4g} N m',
             f'{self.samples} samples; Newton iterations {last.newton_iterations}, sub-steps '
@@ -227,9 +227,9 @@ def _check_log(log, path):
 
 
 def _parse(arguments):
-    parser = Parser('simulate', 'Simulates a scene without ROS, as fast as it goes. A CSV of commands '
-                    'has lines t,topic,values... with topic cmd_brush_speed (rad/s), cmd_vel (vx, '
-                    'vy, yaw rate), cmd_penetration (m) or reset (none).')
+    parser = Parser('simulate', 'Simulates a scene without ROS, as fast as it goes. A CSV of '
+                    'commands has lines t,topic,values... with topic cmd_brush_speed (rad/s), '
+                    'cmd_vel (vx, vy, yaw rate), cmd_penetration (m) or reset (none).')
     add_scene(parser)
     parser.add_argument('--duration', type=float, required=True, metavar='S',
                         help='simulated time [s]')
@@ -246,9 +246,11 @@ def main(arguments):
     options = _parse(arguments)
     if options.output:
         _check_output(options.output)
+    if options.sample is not None:
+        options.overrides.append(f'run.sample:={options.sample!r}')
     arrays = _Arrays()
     with ExitStack() as stack:
-        run = _Run(load_scene(options), options.duration, options.sample, options.commands, None,
+        run = _Run(load_scene(options), options.duration, None, options.commands, None,
                    energies=not str(options.output).endswith('.mcap'))  # a log has none
         sinks = _open_output(options.output, run, arrays, stack)
         if str(options.output).endswith('.npz'):
@@ -267,7 +269,7 @@ def main(arguments):
 
 
 def _progress(stack):
-    """Return show(done, total): a bar on stderr, from the time on at which the run is a long one."""
+    """Return show(done, total): a bar on stderr, once the run has shown to be a long one."""
     began, bar, shown = time.monotonic(), None, 0.0
 
     def show(done, total):
