@@ -2,6 +2,7 @@
 from dataclasses import dataclass, field
 import math
 from numbers import Integral, Real
+import sys
 
 from .scene_error import SceneError
 
@@ -65,6 +66,8 @@ class Key:
         if isinstance(value, bool) or not isinstance(value, Real):
             raise TypeError
         value = float(value)
+        if abs(value) < sys.float_info.min:
+            value = 0.0  # rcl cannot read what is smaller, and nothing here is
         if not self.minimum <= value <= self.maximum:  # NaN fails too
             raise ValueError
         return value

@@ -1,4 +1,4 @@
-"""The command line: exit codes, errors on one line, and what must not be imported for a question."""
+"""The command line: exit codes, errors on one line, and what a question must not import."""
 import json
 import os
 import signal
@@ -23,7 +23,8 @@ def run(root, *arguments, **options):
     ('scene', '--help'), ('simulate', '--help')], ids=' '.join)
 def test_questions_import_nothing_heavy(root, arguments):
     code = ('import sys\nfrom bristle_ros.__main__ import main\n'
-            'try:\n    code = main(sys.argv[1:])\nexcept SystemExit as left:\n    code = left.code\n'
+            'try:\n    code = main(sys.argv[1:])\n'
+            'except SystemExit as left:\n    code = left.code\n'
             'import json\nprint(json.dumps([code, sorted(sys.modules)]), file=sys.stderr)')
     done = subprocess.run([sys.executable, '-c', code, *arguments], cwd=root, text=True,
                           capture_output=True, timeout=60)
@@ -51,7 +52,8 @@ def test_version(root):
 @pytest.mark.parametrize(('arguments', 'message'), [
     ([], 'bristle_ros: no verb (--help lists them)'),
     (['simulat'], "bristle_ros: 'simulat' is no verb, did you mean simulate? (--help lists them)"),
-    (['scene'], 'bristle_ros scene: give either --keys or a scene file (--help tells the arguments)'),
+    (['scene'],
+     'bristle_ros scene: give either --keys or a scene file (--help tells the arguments)'),
     (['scene', '--key'],
      'bristle_ros scene: unrecognized arguments: --key (--help tells the arguments)'),
     (['scene', 'none.yaml'],
