@@ -28,7 +28,7 @@ def pytest_sessionfinish(session, exitstatus):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
-@pytest.fixture
+@pytest.fixture(scope='session')
 def root():
     """Return the checkout."""
     return ROOT
