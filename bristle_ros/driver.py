@@ -8,7 +8,7 @@ from typing import NamedTuple
 from bristle_ros.simulation import CommandRefused, StepFailure
 
 BACKLOG_CHUNKS = 4          # what may be caught up after a delay: this many chunks,
-BACKLOG_NS = 20_000_000     # [ns] or this much wall time; the rest is shed
+BACKLOG_NS = 50_000_000     # [ns] or this much wall time, if more; the rest is shed
 WINDOW_NS = 1_000_000_000   # [ns] over which the reached real-time factor is taken
 MARK_NS = 50_000_000        # [ns] between the marks inside that window: memory stays bounded
 

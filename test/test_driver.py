@@ -121,9 +121,9 @@ def test_a_long_delay_slows_simulation_time_and_is_counted():
     drive(driver, clock, 100 * MS)
     clock.now += 10_000 * MS  # as after SIGSTOP
     behind = drive(driver, clock, 0)
-    assert len(behind) <= 5, 'the backlog is bounded'
-    assert driver.shed == pytest.approx(9_975 * MS, abs=5 * MS)
-    assert driver.late_chunks == 3  # of the four caught up, those that ended a chunk late
+    assert len(behind) <= 11, 'the backlog is bounded'
+    assert driver.shed == pytest.approx(9_945 * MS, abs=5 * MS)
+    assert driver.late_chunks == 9  # of those caught up, the ones that ended a chunk late
     drive(driver, clock, 900 * MS)
     assert driver.total_step * 100_000 + driver.shed == pytest.approx(11_000 * MS, abs=5 * MS)
 
@@ -136,7 +136,7 @@ def test_overload_goes_as_fast_as_it_can_and_never_jumps():
     assert all(chunk.end - chunk.start == 50 for chunk in chunks)
     assert [chunk.start for chunk in chunks] == [50 * i for i in range(len(chunks))]
     assert driver.late_chunks > 0.95 * len(chunks)
-    assert clock.now - driver.next_deadline() <= 40 * MS, 'the backlog does not grow'
+    assert clock.now - driver.next_deadline() <= 70 * MS, 'the backlog does not grow'
 
 
 def test_a_new_factor_does_not_jump():

@@ -10,6 +10,8 @@ import time
 from bristle_ros.messages import decode_event
 from bristle_ros.recording import Recording
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, WrenchStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -105,6 +107,13 @@ class User:
         found = []
         self.node.create_subscription(type_, topic, found.append, QoSProfile(depth=1000))
         return found
+
+    def until_quiet(self, found):
+        """Spin for a while; return how many messages came meanwhile."""
+        before, end = len(found), time.monotonic() + 0.3
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.05)
+        return len(found) - before
 
     def publisher(self, type_, topic):
         publisher = self.node.create_publisher(type_, topic, 10)
@@ -234,6 +243,36 @@ def test_parameters(scene, user):
         assert not set_to('bristle.length', type=ParameterType.PARAMETER_DOUBLE,
                           double_value=0.2).successful
         assert brush.end()[0] == 0
+
+
+def test_lifecycle_by_hand(scene, user, tmp_path):
+    log = tmp_path / 'run'
+
+    def change(transition):
+        return user.call(ChangeState, 'brush_node/change_state',
+                         transition=Transition(id=transition)).success
+
+    with Brush(scene, 'run.autostart:=false', log=log) as brush:
+        states = user.listen(JointState, 'joint_states')
+        assert change(Transition.TRANSITION_CONFIGURE)
+        assert not user.call(Trigger, 'brush_node/step').success, 'not before it is active'
+        assert change(Transition.TRANSITION_ACTIVATE)
+        user.until(lambda: len(states) > 20, 'joint_states')
+        assert change(Transition.TRANSITION_DEACTIVATE)
+        user.until(lambda: not user.until_quiet(states), 'the last message')
+        held = seconds(states[-1])
+        assert change(Transition.TRANSITION_ACTIVATE)
+        user.until(lambda: seconds(states[-1]) > held + 0.05, 'going on')
+        times = np.array([seconds(state) for state in states])
+        np.testing.assert_allclose(np.diff(times), 0.005, atol=2e-9,
+                                   err_msg='it goes on where it was held')
+        assert change(Transition.TRANSITION_DEACTIVATE)
+        assert change(Transition.TRANSITION_CLEANUP)
+        assert (log / 'metadata.yaml').exists(), 'cleanup completes the log'
+        assert not change(Transition.TRANSITION_CONFIGURE), 'that log exists already'
+        code, printed = brush.end()
+    assert code == 0, printed
+    assert 'exists already' in printed and 'Traceback' not in printed
 
 
 def test_namespace_twist_and_timeout(scene, user, tmp_path):

@@ -8,7 +8,7 @@ import bristle_ros
 from bristle_ros.command_file import read_commands, step_at
 from bristle_ros.driver import Event
 from bristle_ros.scene import SceneError
-from bristle_ros.simulation import StepFailure
+from bristle_ros.simulation import Simulation, StepFailure
 from bristle_ros.snapshot import NPZ_ARRAYS
 import numpy as np
 import pytest
@@ -208,3 +208,14 @@ def test_the_package_imports_no_compiler(scene):
             'print([name for name in ("numba", "rclpy", "rich", "mcap") if name in sys.modules])')
     done = subprocess.run([sys.executable, '-c', code], cwd=ROOT, capture_output=True, text=True)
     assert done.stdout.strip() == '[]', done.stdout + done.stderr
+
+
+def test_energy_accounts_change_no_bits(scene):
+    """The node keeps none, `simulate` does: both must step the very same machine code."""
+    loaded = bristle_ros.load(scene)
+    kept, without = Simulation(loaded, energies=True), Simulation(loaded)
+    for simulation in (kept, without):
+        simulation.advance(60)
+    first, second = kept.snapshot(), without.snapshot()
+    for name in set(NPZ_ARRAYS) - {name for name in NPZ_ARRAYS if 'energy' in name or 'work' in name}:
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name), err_msg=name)
