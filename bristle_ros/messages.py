@@ -53,6 +53,12 @@ def _aligned(raw, size):
     return raw + bytes(-(len(raw) - 4) % size)
 
 
+def _unpack(packer, payload):
+    if len(payload) != packer.size:
+        raise ValueError(f'{len(payload)} bytes, must be {packer.size}')
+    return packer.unpack(payload)
+
+
 class _Stamped:
     """Packs messages that are a std_msgs/Header, something constant, and then only float64."""
 
@@ -67,7 +73,7 @@ class _Stamped:
         return self._packer.pack(self._head, sec, nanosec, self._tail, *values)
 
     def unpack(self, payload):
-        return self._packer.unpack(payload)[4:]
+        return _unpack(self._packer, payload)[4:]
 
 
 _mount = _Stamped(MOUNT_FRAME, 6)
@@ -109,7 +115,7 @@ class _JointState:
         return self._packer.pack(self._head, sec, nanosec, self._tail, angle, 1, speed, 1, effort)
 
     def unpack(self, payload):
-        return self._packer.unpack(payload)[4::2]
+        return _unpack(self._packer, payload)[4::2]
 
 
 _joint = _JointState()

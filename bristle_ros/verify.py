@@ -34,7 +34,7 @@ def verify(path, simulation_of=None):
     if simulation_of is None:
         from .simulation import Simulation
         simulation_of = Simulation
-    again = _Again(simulation_of(scene), recording, exact=not elsewhere)
+    again = _Again(simulation_of(scene), recording, _limits(recording) if elsewhere else None)
     difference = ''
     for entry in recording.entries():
         difference = again.follow(entry)
@@ -51,14 +51,13 @@ def verify(path, simulation_of=None):
 class _Again:
     """The run, done once more along its log."""
 
-    def __init__(self, simulation, recording, exact):
+    def __init__(self, simulation, recording, limits):
         self.compared = self.applied = 0
         self._simulation = simulation
         self._base = -simulation.step       # run step = base + simulation.step
         self._its, self._origin = recording.integration_time_step, recording.origin
-        self._exact = exact
+        self._limits = limits               # topic -> largest differences allowed; None: no bit
         self._topics = {topic.name: topic for topic in messages.TOPICS}
-        self._scales = {topic.name: [0.0] * len(topic.groups) for topic in messages.TOPICS}
         self._snapshot = None
 
     @property
@@ -137,21 +136,34 @@ class _Again:
         except ValueError:
             return f'{self._place(entry)}: the message has {len(entry.message.data)} bytes'
         here = topic.decode(payload)
-        limits = self._limits(topic, logged)
+        limits = self._limits[topic.name] if self._limits else [0.0] * len(logged)
         for field, old, new, limit in zip(topic.fields, logged, here, limits):
             same = old == new or abs(old - new) <= limit or old != old and new != new
             if not same:
                 return f'{self._place(entry)}.{field}: log {old!r}, simulated {new!r}'
         # No value differs: on the same machine what is left are stamps, names and signs of zero.
-        return f'{self._place(entry)}: bytes beside its values' if self._exact else ''
+        return '' if self._limits else f'{self._place(entry)}: bytes beside its values'
 
-    def _limits(self, topic, logged):
-        """Return the largest difference allowed of each value."""
-        if self._exact:
-            return [0.0] * len(logged)
-        limits, at, scales = [], 0, self._scales[topic.name]
-        for index, length in enumerate(topic.groups):
-            scales[index] = max(scales[index], math.hypot(*logged[at:at + length]))
-            limits += [TOLERANCE * scales[index]] * length
+
+def _limits(recording):
+    """
+    Return topic -> the largest difference allowed of each of its values.
+
+    Relative to the largest that its vector has in the log: in the air a force is round-off alone.
+    """
+    topics = {topic.name: topic for topic in messages.TOPICS}
+    limits = {topic.name: [0.0] * len(topic.fields) for topic in messages.TOPICS}
+    for entry in recording.entries():
+        topic = topics.get(entry.name)
+        try:
+            values = topic.decode(entry.message.data) if topic else ()
+        except ValueError:
+            continue  # said when it is compared
+        at = 0
+        for length in topic.groups if values else ():
+            limit = TOLERANCE * math.hypot(*values[at:at + length])
+            if limit < math.inf:
+                limits[topic.name][at:at + length] = [
+                    max(limit, old) for old in limits[topic.name][at:at + length]]
             at += length
-        return limits
+    return limits
