@@ -8,6 +8,9 @@ cd "$here" || exit 2
 prepare_venv stamp-run requirements.txt
 cd "$cd_back" || exit 2
 export PYTHONPATH="$here"
+case "${1:-}" in
+    -h | --help) exec "$python" -m bristle_ros brush_node --help ;;
+esac
 # exec: the node gets the signals, not a shell.
 exec "$python" -m bristle_ros brush_node --ros-args \
     --params-file "$here/config/cutting_brush.yaml" "$@"

@@ -36,7 +36,7 @@ prepare_venv() {
     # The interpreter is part of the stamp: a system upgrade may put another one behind the link.
     if [ "$(cat "$stamp" 2>/dev/null)" != "$wanted $(readlink -f "$python")" ]; then
         base=$(find_python) || exit 2
-        echo "bristle_ros: setting up $here/.venv with $base (once)" >&2
+        echo "bristle_ros: setting up $here/.venv with $base (once, some minutes)" >&2
         "$python" -c 'import pip' 2>/dev/null || rm -rf "$here/.venv"
         [ -d "$here/.venv" ] || "$base" -m venv "$here/.venv" || exit 2
         : > "$here/.venv/COLCON_IGNORE"
