@@ -1,4 +1,4 @@
-"""Wall time to whole chunks of steps: pacing, overload, commands at chunk starts, reset, samples."""
+"""Wall time to whole chunks of steps: pacing, overload, commands, resets, samples."""
 from collections import deque
 import math
 import threading
@@ -23,7 +23,7 @@ class Event(NamedTuple):
 
 
 class Chunk(NamedTuple):
-    """What one chunk gave. Steps here and in its snapshots are total: they go on through resets."""
+    """What one chunk gave. Steps are total, in its snapshots too: they go on through resets."""
 
     start: int
     end: int                # lower than asked when the simulation could not go on
@@ -40,8 +40,8 @@ class Driver:
     simulation : Simulation     advanced by this object only
     clock : () -> int [ns]      steady; turned by hand in tests
     sample : int                steps between samples inside chunks; 0: none, only chunk ends
-    paced : bool                False: as fast as it goes and no command timeout, whatever the scene
-                                says, so that an offline run depends on no clock
+    paced : bool                False: as fast as it goes and no command timeout, whatever the
+                                scene says, so that an offline run depends on no clock
 
     One thread calls `run_chunk`; everything else may be called from others meanwhile.
     """
@@ -73,7 +73,7 @@ class Driver:
         self.start()
 
     def start(self):
-        """Take now as the time at which the step reached is due: time before this is not made up."""
+        """Take now as the time at which the step reached is due; what was before is not made up."""
         now = self._clock()
         self._anchor = now, self._total  # wall [ns] at which this total step was or is due
         self._last_velocity = now        # [ns] when cmd_vel was last heard
@@ -233,7 +233,7 @@ class Driver:
         return Chunk(start, reached, tuple(samples), last, tuple(events), failure)
 
     def _shed(self, start):
-        """Give up the part of a delay that is too much to catch up; return this chunk's deadline."""
+        """Give up what of a delay is too much to catch up; return this chunk's deadline."""
         deadline = self._due_at(start + self.chunk)
         period = self._due_at(start + 2 * self.chunk) - deadline
         excess = self._clock() - deadline - max(BACKLOG_CHUNKS * period, BACKLOG_NS)
@@ -306,9 +306,9 @@ class Driver:
     def _end(self, deadline, end):
         now = self._clock()
         with self._lock:
-            if deadline is not None and self._factor > 0.0:
-                if now > self._due_at(end + self.chunk):
-                    self.late_chunks += 1
+            paced = deadline is not None and self._factor > 0.0
+            if paced and now > self._due_at(end + self.chunk):
+                self.late_chunks += 1
             marks = self._marks
             # The newest mark follows every chunk; older ones stand MARK_NS apart.
             if len(marks) >= 2 and marks[-1][0] - marks[-2][0] < MARK_NS:

@@ -11,8 +11,8 @@ from bristle_ros.scene_error import SceneError
 
 _HELP = """usage: bristle_ros brush_node [--ros-args --params-file SCENE.yaml -p key:=value ...]
 
-The ROS 2 node: steps the brush in real-time-scaled chunks, subscribes, publishes, logs. A scene file
-is a ROS 2 parameter file; `python3 -m bristle_ros scene --keys` lists every parameter. Remappings,
+The ROS 2 node: steps the brush in real-time-scaled chunks, subscribes, publishes, logs. A scene
+file is a ROS 2 parameter file; `python3 -m bristle_ros scene --keys` lists every parameter. Remappings,
 namespaces and log levels are given as to any node. Ctrl-C ends it with a complete log."""
 _STOP = (signal.SIGINT, signal.SIGTERM)
 LEAVING = 3.0   # [s] a thread may take to end; launch kills 5 s after Ctrl-C
@@ -22,8 +22,8 @@ class _Bell:
     """
     Wakes the main thread for a signal or for another thread.
 
-    A pipe and no lock, so that it can be rung from a signal handler at any moment; and no exception
-    is thrown from one, so that a second Ctrl-C cannot tear a log that is being completed.
+    A pipe and no lock, so that it can be rung from a signal handler at any moment; and a handler
+    throws nothing, so that a second Ctrl-C cannot tear a log that is being completed.
     """
 
     def __init__(self):
@@ -104,7 +104,7 @@ class _Run:
     def _bring_up(self):
         from rclpy.lifecycle import TransitionCallbackReturn
         self._timer.cancel()
-        self._node.quiet = True     # what goes wrong now ends the process, with one line of its own
+        self._node.quiet = True  # what goes wrong now ends the process, with a line of its own
         for transition in (self._node.trigger_configure, self._node.trigger_activate):
             if transition() != TransitionCallbackReturn.SUCCESS:
                 self._end(self._node.problem or RuntimeError('the node could not start'))

@@ -2,7 +2,7 @@
 from bristle_ros import messages, node_parameters
 from bristle_ros.driver import Driver
 from bristle_ros.log import Log
-from bristle_ros.node_topics import Outputs, OVERRIDABLE, RELIABLE
+from bristle_ros.node_topics import Outputs, OVERRIDABLE, reliable
 from bristle_ros.pacing import PacingThread
 from bristle_ros.scene import SceneError, steps
 from bristle_ros.simulation import CommandRefused, Simulation
@@ -130,7 +130,7 @@ class BrushNode(LifecycleNode):
             def callback(message):
                 self._take(topic, values(message))
             subscription = self.create_subscription(
-                type_, topic, callback, RELIABLE, qos_overriding_options=OVERRIDABLE)
+                type_, topic, callback, reliable(), qos_overriding_options=OVERRIDABLE)
             self._entities.append((self.destroy_subscription, subscription))
 
         def twist(message):

@@ -8,11 +8,15 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import Marker, MarkerArray
 
-RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 _TYPES = {messages.WRENCH: WrenchStamped, messages.POSE: PoseStamped,
           messages.JOINT_STATE: JointState}
 _CLOCK_PERIOD = 10_000_000   # [ns] of wall time: 100 Hz, which rclpy subscribers can follow
+
+
+def reliable():
+    """Return a profile for one topic alone: rclpy writes the overrides into what it is given."""
+    return QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 
 
 class Outputs:
@@ -30,12 +34,12 @@ class Outputs:
             self._clock = self._publisher(node, Clock, '/clock')
         # Diagnostics tell of an inactive node too.
         self._diagnostics = node.create_publisher(
-            DiagnosticArray, '/diagnostics', RELIABLE, qos_overriding_options=OVERRIDABLE)
+            DiagnosticArray, '/diagnostics', reliable(), qos_overriding_options=OVERRIDABLE)
 
     @staticmethod
     def _publisher(node, type_, name):
         return node.create_lifecycle_publisher(
-            type_, name, RELIABLE, qos_overriding_options=OVERRIDABLE)
+            type_, name, reliable(), qos_overriding_options=OVERRIDABLE)
 
     def destroy(self, node):
         """Take the publishers out of the graph."""

@@ -1,8 +1,8 @@
 """
 Start a brush: `ros2 launch bristle_ros brush.launch.py scene:=tilted_sweep log:=run1`.
 
-The node brings itself up (run.autostart), so that nothing here depends on launch_ros' own autostart,
-which came with 0.26.7. Two brushes: include this file twice, with a namespace each.
+The node brings itself up (run.autostart), so that nothing here depends on launch_ros' own
+autostart, which came with 0.26.7. Two brushes: include this file twice, with a namespace each.
 """
 from pathlib import Path
 

@@ -191,7 +191,8 @@ def test_scheduled_events_take_effect_at_exactly_their_step():
               Event(33, 'command', 'cmd_vel', (1.0, 0.0, 0.0))]
     driver.schedule(events)
     first, second = driver.run_chunk(), driver.run_chunk()
-    assert first.events == (events[1], events[2]) and second.events == (events[0],)
+    assert first.events == (events[1], events[2])
+    assert second.events == (events[0],)
     assert [call[0] for call in driver.simulation.calls] == [0, 33, 77]
     assert [s.step for s in first.samples + second.samples] == [20, 40, 60, 80, 100]
     assert driver.scheduled == 0
@@ -219,7 +220,8 @@ def test_time_goes_on_through_a_reset():
                             Event(100, 'command', 'cmd_brush_speed', (3.0,)))
     assert [snapshot.step for snapshot in chunk.samples] == [110, 120, 130, 140, 150]
     assert chunk.last.t == pytest.approx(0.015)
-    assert driver.simulation.step == 50 and driver.resets == 1
+    assert driver.simulation.step == 50
+    assert driver.resets == 1
     assert driver.late_chunks == 0
 
 
@@ -229,7 +231,8 @@ def test_pause_step_and_resume():
     drive(driver, clock, 20 * MS)
     assert not driver.step_once(), 'only while paused'
     driver.pause()
-    assert driver.next_deadline() is None and not driver.due()
+    assert driver.next_deadline() is None
+    assert not driver.due()
     assert drive(driver, clock, 60_000 * MS) == []
     assert driver.reached() == 0.0
     assert driver.step_once()
@@ -280,4 +283,5 @@ def test_memory_stays_bounded():
         driver.command('cmd_brush_speed', (2.0,))
         clock.now += WINDOW_NS // 1000
         assert len(driver.run_chunk().events) == 1
-    assert len(driver._marks) < 30 and len(driver._pending) == 0
+    assert len(driver._marks) < 30
+    assert len(driver._pending) == 0

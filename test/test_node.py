@@ -9,6 +9,7 @@ import time
 
 from bristle_ros.messages import decode_event
 from bristle_ros.recording import Recording
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, WrenchStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
@@ -18,7 +19,8 @@ from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
@@ -175,7 +177,8 @@ def test_in_the_loop(scene, user, tmp_path):
         user.until(lambda: len(speeds) > after + 100, 'the brush going on')
         code, printed = brush.end()
     assert code == 0, printed
-    assert 'Traceback' not in printed and 'refused' in printed
+    assert 'Traceback' not in printed
+    assert 'refused' in printed
     assert heard['tip_wrench'][-1].header.frame_id == 'road'
     assert heard['contact_wrench'][-1].header.frame_id == 'brush_mount'
     assert len(heard['bristle_markers'][-1].markers) == 2
@@ -209,8 +212,8 @@ def test_pause_step_reset(scene, user):
         held = seconds(states[-1])
         for chunk in (2, 3):
             assert user.call(Trigger, 'brush_node/step').success
-            user.until(lambda: seconds(states[-1]) == pytest.approx(held + (chunk - 1) * 0.005),
-                       'one chunk more')
+            due = pytest.approx(held + (chunk - 1) * 0.005)
+            user.until(lambda due=due: seconds(states[-1]) == due, 'one chunk more')
             assert states[-1].position[0] == pytest.approx(0.025 * chunk)
         assert np.all(np.diff([seconds(state) for state in states]) > 0.0), 'time never jumps back'
         assert user.call(SetBool, 'brush_node/pause', data=False).success
@@ -225,10 +228,12 @@ def test_parameters(scene, user):
         user.until(lambda: states, 'joint_states')
         (described,) = user.call(DescribeParameters, 'brush_node/describe_parameters',
                                  names=['bristle.length']).descriptors
-        assert described.read_only and described.floating_point_range[0].from_value > 0.0
+        assert described.read_only
+        assert described.floating_point_range[0].from_value > 0.0
         values = user.call(GetParameters, 'brush_node/get_parameters',
                            names=[factor, 'brush.bristle_count', 'sweeper.velocity']).values
-        assert values[0].double_value == 2.0 and values[1].integer_value == 2
+        assert values[0].double_value == 2.0
+        assert values[1].integer_value == 2
         assert list(values[2].double_array_value) == [0.0, 0.0]
 
         def set_to(name, **value):
@@ -238,11 +243,47 @@ def test_parameters(scene, user):
 
         whole = set_to(factor, type=ParameterType.PARAMETER_INTEGER, integer_value=3)
         assert whole.successful, whole.reason
-        assert not set_to(factor, type=ParameterType.PARAMETER_DOUBLE, double_value=-1.0).successful
+        negative = set_to(factor, type=ParameterType.PARAMETER_DOUBLE, double_value=-1.0)
+        assert not negative.successful
         assert not set_to(factor, type=ParameterType.PARAMETER_STRING, string_value='a').successful
         assert not set_to('bristle.length', type=ParameterType.PARAMETER_DOUBLE,
                           double_value=0.2).successful
         assert brush.end()[0] == 0
+
+
+def test_clock_origin_and_qos_overrides(scene, user):
+    override = 'qos_overrides./tip_wrench.publisher.reliability:=best_effort'
+    with Brush(scene, 'run.publish_clock:=true', 'run.time_origin:=wall', override) as brush:
+        clocks, states = user.listen(Clock, '/clock'), user.listen(JointState, 'joint_states')
+        reports = user.listen(DiagnosticArray, '/diagnostics')
+        user.until(lambda: len(clocks) > 20 and len(states) > 20 and reports, 'clock, diagnostics')
+        assert abs(seconds(states[-1]) - time.time()) < LIMIT, 'stamps are near the time of day'
+        stamps = {(state.header.stamp.sec, state.header.stamp.nanosec) for state in states}
+        assert {(c.clock.sec, c.clock.nanosec) for c in clocks[1:-1]} <= stamps
+        (offered,) = user.node.get_publishers_info_by_topic('/tip_wrench')
+        assert offered.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
+        (status,) = reports[0].status
+        told = {pair.key: pair.value for pair in status.values}
+        assert status.name.startswith('brush_node')
+        assert float(told['real-time factor asked']) == 1.0
+        assert {'real-time factor reached', 'late chunks', 'estimated error', 'Newton failures',
+                'log backlog', 'refused commands'} <= told.keys()
+        assert brush.end()[0] == 0
+
+
+def test_a_status_line_on_a_terminal(scene, environment):
+    master, terminal = os.openpty()
+    with subprocess.Popen([sys.executable, '-m', 'bristle_ros', 'brush_node', '--ros-args',
+                           '--params-file', str(scene)], cwd=ROOT, stderr=terminal) as process:
+        os.close(terminal)
+        seen, end = b'', time.monotonic() + LIMIT
+        while b'late chunks' not in seen and time.monotonic() < end:
+            seen += os.read(master, 4096)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(LIMIT) == 0
+    os.close(master)
+    for word in (b'real-time factor', b'normal force', b'brush torque', b'late chunks'):
+        assert word in seen
 
 
 def test_lifecycle_by_hand(scene, user, tmp_path):
@@ -272,7 +313,8 @@ def test_lifecycle_by_hand(scene, user, tmp_path):
         assert not change(Transition.TRANSITION_CONFIGURE), 'that log exists already'
         code, printed = brush.end()
     assert code == 0, printed
-    assert 'exists already' in printed and 'Traceback' not in printed
+    assert 'exists already' in printed
+    assert 'Traceback' not in printed
 
 
 def test_namespace_twist_and_timeout(scene, user, tmp_path):
@@ -322,7 +364,8 @@ def test_a_signal_while_it_starts(scene, environment):
         # The handlers are there as soon as the executor's threads are.
         end = time.monotonic() + LIMIT
         while len(os.listdir(f'/proc/{brush.process.pid}/task')) < 3:
-            assert time.monotonic() < end and brush.process.poll() is None
+            assert time.monotonic() < end
+            assert brush.process.poll() is None
             time.sleep(0.01)
         code, printed = brush.end()
     assert (code, 'Traceback' in printed) == (0, False), printed
@@ -338,7 +381,8 @@ def test_unusable_input_is_one_line(scene, environment, argument, said):
     with Brush(scene, argument) as brush:
         code, printed = brush.wait()
     assert code == 2
-    assert said in printed and len(printed.strip().splitlines()) == 1, printed
+    assert said in printed
+    assert len(printed.strip().splitlines()) == 1, printed
 
 
 def test_nothing_is_lost_when_the_simulation_cannot_go_on(scene, user, tmp_path):
@@ -351,7 +395,8 @@ def test_nothing_is_lost_when_the_simulation_cannot_go_on(scene, user, tmp_path)
         code, printed = brush.wait()
     assert code == 3, printed
     (line,) = [line for line in printed.splitlines() if line.startswith('brush_node:')]
-    assert 'step' in line and 'Traceback' not in printed
+    assert 'step' in line
+    assert 'Traceback' not in printed
     assert (log / 'metadata.yaml').exists()
     events = [decode_event(entry.message.data) for entry in Recording(log).entries()
               if entry.name == '~/events']
