@@ -15,7 +15,8 @@ from .verify import TOLERANCE, verify
 
 __all__ = ['main', 'play', 'read_commands', 'verify']
 
-_DISCOVERY = 1.0        # [s] that subscribers get to find the publishers
+_DISCOVERY = 3.5        # [s] that a first subscriber gets to find us; DDS takes 3 s at times,
+_SETTLING = 0.5         # [s] and that others then get
 _NAP = 0.05             # [s] longest sleep between looks at whether to stop
 
 
@@ -72,9 +73,11 @@ class _Player:
 
     def wait_for_subscribers(self):
         """Give those that are there the time to find us: what is sent before is lost to them."""
-        end = time.monotonic() + _DISCOVERY
-        while time.monotonic() < end and not self._stopped and not all(
-                one.get_subscription_count() for one in self._publishers.values()):
+        found, end = 0, time.monotonic() + _DISCOVERY
+        while time.monotonic() < end and not self._stopped:
+            now = sum(one.get_subscription_count() for one in self._publishers.values())
+            if now > found:
+                found, end = now, time.monotonic() + _SETTLING
             time.sleep(_NAP)
 
     def play(self, rate):
