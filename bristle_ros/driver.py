@@ -73,7 +73,7 @@ class Driver:
         self.start()
 
     def start(self):
-        """Take now as the time at which the step reached is due; what was before is not made up."""
+        """Take now as the time at which the step reached is due; what came before is gone."""
         now = self._clock()
         self._anchor = now, self._total  # wall [ns] at which this total step was or is due
         self._last_velocity = now        # [ns] when cmd_vel was last heard

@@ -12,8 +12,8 @@ from bristle_ros.scene_error import SceneError
 _HELP = """usage: bristle_ros brush_node [--ros-args --params-file SCENE.yaml -p key:=value ...]
 
 The ROS 2 node: steps the brush in real-time-scaled chunks, subscribes, publishes, logs. A scene
-file is a ROS 2 parameter file; `python3 -m bristle_ros scene --keys` lists every parameter. Remappings,
-namespaces and log levels are given as to any node. Ctrl-C ends it with a complete log."""
+file is a ROS 2 parameter file; `python3 -m bristle_ros scene --keys` lists every parameter.
+Remappings, namespaces and log levels are given as to any node. Ctrl-C ends it with a complete log."""
 _STOP = (signal.SIGINT, signal.SIGTERM)
 LEAVING = 3.0   # [s] a thread may take to end; launch kills 5 s after Ctrl-C
 

@@ -210,7 +210,8 @@ def _open_output(output, run, arrays, stack):
         return [log]
     try:
         if path.suffix == '.csv':
-            return [_Table(stack.enter_context(open(path, 'w', newline='')))]
+            file = stack.enter_context(open(path, 'w', newline=''))
+            return [_Table(file)]
         file = stack.enter_context(open(path, 'wb'))
     except OSError as error:
         raise SceneError(f'{(error.strerror or str(error)).lower()}: name another place',
