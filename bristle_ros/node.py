@@ -13,7 +13,7 @@ _HELP = """usage: bristle_ros brush_node [--ros-args --params-file SCENE.yaml -p
 
 The ROS 2 node: steps the brush in real-time-scaled chunks, subscribes, publishes, logs. A scene
 file is a ROS 2 parameter file; `python3 -m bristle_ros scene --keys` lists every parameter.
-Remappings, namespaces and log levels are given as to any node. Ctrl-C ends it with a complete log."""
+Remappings, namespaces and log levels are given as to any node. Ctrl-C ends it, log complete."""
 _STOP = (signal.SIGINT, signal.SIGTERM)
 LEAVING = 3.0   # [s] a thread may take to end; launch kills 5 s after Ctrl-C
 

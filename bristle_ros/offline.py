@@ -210,9 +210,9 @@ def _open_output(output, run, arrays, stack):
         return [log]
     try:
         if path.suffix == '.csv':
-            file = stack.enter_context(open(path, 'w', newline=''))
+            file = stack.enter_context(open(path, 'w', newline=''))  # noqa: SIM115
             return [_Table(file)]
-        file = stack.enter_context(open(path, 'wb'))
+        file = stack.enter_context(open(path, 'wb'))  # noqa: SIM115
     except OSError as error:
         raise SceneError(f'{(error.strerror or str(error)).lower()}: name another place',
                          key='--output', value=str(path)) from None
