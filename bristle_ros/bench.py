@@ -28,7 +28,7 @@ def calibrate(clock=time.perf_counter):
 
 
 def best_of(run, repeats=REPEATS, clock=time.perf_counter):
-    """Return the least wall time [s] of `repeats` calls of run(), and what the last one returned."""
+    """Return the least wall time [s] of `repeats` calls of run(), and what the last returned."""
     least, result = math.inf, None
     for _ in range(repeats):
         began = clock()
@@ -79,7 +79,7 @@ def measure(simulation, duration=DURATION, repeats=REPEATS, clock=time.perf_coun
     walls = sorted(seconds for seconds, _ in times)
     # slowest first: 1 % of the chunks run below the factor p1
     factors = sorted(n * its / max(seconds, 1e-9) for seconds, n in times)
-    newton = snapshot.newton_iterations
+    newton, estimate = snapshot.newton_iterations, snapshot.error_estimate
     return {
         'wall_per_simulated_second': wall / (steps * its),
         'compile_time': simulation.compile_time,
@@ -96,7 +96,7 @@ def measure(simulation, duration=DURATION, repeats=REPEATS, clock=time.perf_coun
         'simulated_s': steps * its,
         'chunk_s': chunk * its,
         'bristles': simulation.scene.brush.bristle_count,
-        'error_estimate': snapshot.error_estimate if math.isfinite(snapshot.error_estimate) else None,
+        'error_estimate': estimate if math.isfinite(estimate) else None,
         'repeats': repeats,
         'calibration_s': calibration,
     }
