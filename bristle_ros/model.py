@@ -99,8 +99,8 @@ def clamp_of(scene):
     return np.concatenate(([scene.brush.mount_radius, 0.0, 0.0], quaternion))
 
 
-def build_model(scene):
-    """Return the Model of a scene."""
+def build_model(scene, *, accounting=False):
+    """Return the Model of a scene; accounting keeps the energy accounts."""
     count = scene.brush.bristle_count
     angles = 2.0 * math.pi * np.arange(count) / count
     azimuth = np.column_stack((np.cos(angles), np.sin(angles), np.cos(angles / 2.0),
@@ -112,7 +112,8 @@ def build_model(scene):
         scene.solver.integration_time_step, section, scheme_of(scene),
         drive_of(scene, scene.solver.time_step), drive_of(scene, 0.0), scene.damping.mass, azimuth,
         clamp_of(scene), b.density * b.breadth * b.width * section.element_length / 6.0,
-        float(scene.brush.wires_per_bristle))
+        float(scene.brush.wires_per_bristle), scene.solver.load_case == 'displacement', accounting,
+        scene.solver.error_tolerance * b.length if scene.solver.step == 'adaptive' else 0.0)
 
 
 def new_scratch(model):
@@ -161,8 +162,21 @@ def start_motion(scene):
     return motion
 
 
+def turn_nodes(state, angle):
+    """Turn all nodes of a state about the brush axis by `angle` [rad], in place."""
+    rows = state.nodes.reshape(-1, ROWS, LANES)
+    c, s = math.cos(angle), math.sin(angle)
+    x, y = rows[:, X].copy(), rows[:, X + 1].copy()
+    rows[:, X], rows[:, X + 1] = c * x - s * y, s * x + c * y
+    c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
+    w, i, j, k = (rows[:, Q + row].copy() for row in range(4))
+    rows[:, Q], rows[:, Q + 1], rows[:, Q + 2], rows[:, Q + 3] = (
+        c * w - s * k, c * i - s * j, c * j + s * i, c * k + s * w)
+    rows[:, X0:X0 + 7] = rows[:, X:X + 7]
+
+
 def build_state(scene, model):
-    """Return the State at the start, straight and at rest; accelerations are not filled yet."""
+    """Return the State before the start: straight, at theta = 0, accelerations not filled yet."""
     nodes = np.tile(straight_nodes(scene, model), (model.bristles, 1))
     quaternions = nodes.reshape(model.bristles, model.blocks, ROWS, LANES)
     for bristle, (_, _, c, s) in enumerate(model.azimuth):

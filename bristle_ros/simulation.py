@@ -5,21 +5,23 @@ import time
 import numpy as np
 
 from .model import (build_model, build_state, check_start, contact_law, new_scratch,
-                    viscosity_of)
+                    turn_nodes, viscosity_of)
 from .physics import output
 from .physics.drive import RAMP, ramp_at
 from .physics.frame import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, ROTATION, SPEED, YAW)
 from .physics.layout import ELEMENTS, LANES, ROWS, X
 from .physics.start import initialise
-from .physics.stepping import (advance, NEWTON, NO_CONVERGENCE, NOT_FINITE, own_frame,
-                               SINGULAR_MATRIX, SUBSTEPS)
+from .physics.stepping import (advance, FAILURES, NEWTON, NO_CONVERGENCE, NOT_FINITE, own_frame,
+                               SINGULAR_MATRIX, SUBSTEPS, TOO_INACCURATE)
 from .physics.tip import GAP
 from .snapshot import Snapshot
+from .statics import settle_state
 
 REASONS = {
     SINGULAR_MATRIX: 'the iteration matrix became singular',
     NO_CONVERGENCE: "Newton's corrections did not shrink",
     NOT_FINITE: 'forces or positions overflowed',
+    TOO_INACCURATE: 'the local error stayed above solver.error_tolerance',
 }
 
 
@@ -55,7 +57,7 @@ class Simulation:
         self.its = scene.solver.integration_time_step
         began = time.perf_counter()
         self._energies = energies
-        self.model = build_model(scene)
+        self.model = build_model(scene, accounting=energies)
         self._law = contact_law(scene)
         self._viscosity = viscosity_of(scene)
         self._scratch = new_scratch(self.model)
@@ -72,9 +74,21 @@ class Simulation:
         """Integration steps since the start."""
         return int(self.state.step[0])
 
+    @property
+    def newton_failures(self):
+        """Attempts at a step that Newton gave up, all bristles, since the start."""
+        return int(self.state.counts[:, FAILURES].sum())
+
     def _to_start(self):
+        steady = self.scene.solver.start == 'steady'
+        if steady:
+            settle_state(self.scene, self.model, self.state, self._scratch)
+        if self.model.displacement:
+            turn_nodes(self.state, self.scene.brush.start_angle)
         initialise(self.model, self._viscosity, self.state, self._scratch)
-        check_start(self.scene, self._start_gaps())
+        gaps = self._start_gaps()
+        if not steady:
+            check_start(self.scene, gaps)
         self._start = [array.copy() for array in self.state]
 
     def _start_gaps(self):
@@ -100,9 +114,7 @@ class Simulation:
         Raises StepFailure where even the smallest sub-step fails; the state is then the one at the
         start of the failed step.
         """
-        status = advance(self.model, self._law, self._viscosity,
-                         self.state.audit if self._energies else None, self.state, self._scratch,
-                         steps)
+        status = advance(self.model, self._law, self._viscosity, self.state, self._scratch, steps)
         if status:
             step = self.step
             reason = REASONS[status]

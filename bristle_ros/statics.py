@@ -1,19 +1,20 @@
 """Static equilibrium of a scene: the `static` verb, and the start from it."""
-import argparse
 import json
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from . import scene as scenes
+from .cli import add_scene, load_scene, Parser
 from .model import build_model, build_state, contact_law, new_scratch
 from .physics import output
 from .physics.chain import OK
 from .physics.equilibrium import settle
+from .physics.contact import SLIP
 from .physics.frame import APPROACHING, PENETRATION, SPIN_RATE
+from .physics.layout import LANES, ROWS, X, X0
 from .physics.stepping import own_frame
-from .physics.tip import FORCE
+from .physics.tip import FORCE, STATE
 from .scene import SceneError
 
 
@@ -33,6 +34,7 @@ def settle_state(scene, model, state, scratch):
     is found. Leaves the tips' normal forces in the state.
     """
     law = contact_law(scene)
+    model = model._replace(displacement=False)
     frame = scratch.frames[0]
     for bristle, azimuth in enumerate(model.azimuth):
         own_frame(model, state.motion, azimuth, 0.0, scratch, frame)
@@ -42,8 +44,12 @@ def settle_state(scene, model, state, scratch):
         if status != OK:
             raise SceneError(
                 f'bristle {bristle} has no static equilibrium that could be found: try a smaller '
-                'road.penetration or drive.mean_speed', key='solver.start',
-                value=scene.solver.start)
+                'road.penetration or drive.mean_speed', key='drive.mean_speed',
+                value=scene.drive.mean_speed)
+        if state.tip[bristle, FORCE + 2] > 0.0:
+            state.tip[bristle, STATE] = SLIP
+    nodes = state.nodes.reshape(model.bristles, model.blocks, ROWS, LANES)
+    nodes[:, :, X0:X0 + 7] = nodes[:, :, X:X + 7]
 
 
 def equilibrium(scene):
@@ -52,7 +58,7 @@ def equilibrium(scene):
 
     The road stands at its final height, whatever the approach. Raises SceneError.
     """
-    model = build_model(scene)
+    model = build_model(scene)._replace(displacement=False)
     state = build_state(scene, model)
     scratch = new_scratch(model)
     state.motion[APPROACHING] = 0.0
@@ -66,14 +72,11 @@ def equilibrium(scene):
 
 def main(argv):
     """Run the `static` verb; return its exit code."""
-    parser = argparse.ArgumentParser(
-        prog='static', description='Static equilibrium with theta frozen at brush.start_angle.')
-    parser.add_argument('scene', help='scene file (a ROS 2 parameter file)')
-    parser.add_argument('-p', dest='parameters', action='append', default=[], metavar='KEY:=VALUE',
-                        help='change a key of the scene')
+    parser = Parser('static', 'static equilibrium with theta frozen at brush.start_angle')
+    add_scene(parser)
     parser.add_argument('--json', action='store_true', help='print one JSON object')
     options = parser.parse_args(argv)
-    scene = scenes.load(options.scene, scenes.from_arguments(options.parameters))
+    scene = load_scene(options)
     found = equilibrium(scene)
     if options.json:
         print(json.dumps({name: value.tolist() for name, value in found._asdict().items()}))

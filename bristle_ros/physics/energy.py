@@ -8,7 +8,7 @@ from .beam import stiffness
 from .contact import OPEN, spring_energy
 from .frame import GRAVITY, ROTATION, SPIN, SPIN_RATE
 from .jit import jit
-from .layout import (BLOCK, ELEMENTS, HV, INERTIA, LANES, MASS, RATE0, RATEACC0, STRAIN, STRAIN0,
+from .layout import (BLOCK, ELEMENTS, HV, INERTIA, LANES, MASS, Q0, RATE0, RATEACC0, STRAIN, STRAIN0,
                      V0, W0, WEIGHT, X, X0)
 from .tip import FORCE, GAP, rotate_back, SLIP_MOVED, STATE
 
@@ -19,17 +19,28 @@ AUDIT = 3
 
 
 @jit
-def kinetic_energy(s, blocks):
-    """Return the kinetic energy of the velocities relative to the brush frame [J]."""
+def kinetic_energy(s, blocks, drag):
+    """
+    Return the kinetic energy of the velocities relative to the brush [J].
+
+    drag [rad/s] : float    speed of the brush about z, seen from the frame of the nodes
+    """
     total = 0.0
     for j in range(blocks):
         b = s[j * BLOCK:(j + 1) * BLOCK]
         for i in range(LANES):
-            speed = 0.0
-            spin = 0.0
-            for row in range(3):
-                speed += b[(V0 + row) * LANES + i] ** 2
-                spin += b[(INERTIA + row) * LANES + i] * b[(W0 + row) * LANES + i] ** 2
+            q0, q1, q2, q3 = (b[Q0 * LANES + i], b[(Q0 + 1) * LANES + i],
+                              b[(Q0 + 2) * LANES + i], b[(Q0 + 3) * LANES + i])
+            speed = ((b[V0 * LANES + i] + drag * b[(X0 + 1) * LANES + i]) ** 2
+                     + (b[(V0 + 1) * LANES + i] - drag * b[X0 * LANES + i]) ** 2
+                     + b[(V0 + 2) * LANES + i] ** 2)
+            spin = (b[INERTIA * LANES + i]
+                    * (b[W0 * LANES + i] - drag * 2.0 * (q1 * q3 - q0 * q2)) ** 2
+                    + b[(INERTIA + 1) * LANES + i]
+                    * (b[(W0 + 1) * LANES + i] - drag * 2.0 * (q2 * q3 + q0 * q1)) ** 2
+                    + b[(INERTIA + 2) * LANES + i]
+                    * (b[(W0 + 2) * LANES + i]
+                       - drag * (1.0 - 2.0 * (q1 * q1 + q2 * q2))) ** 2)
             total += 0.5 * (b[MASS * LANES + i] * speed + spin)
     return total
 

@@ -26,8 +26,10 @@ HEIGHT = 21         # 1  of the mount centre over the road plane [m]
 HEIGHT_RATE = 22    # 1
 THETA = 23          # 1  exact angle, speed of the brush, whatever the load steps are
 OMEGA = 24          # 1
-CLAMP = 25          # 7  position and quaternion of the clamped node
-FRAME = 32
+DRAG_SPIN = 25      # 1  speed about z of the brush, seen from this frame: 0 where it turns along
+DRAG_RATE = 26      # 1  its rate
+CLAMP = 27          # 7  position and quaternion of the clamped node
+FRAME = 34
 
 # motion: ramps of mean speed, yaw rate, penetration and sweeper velocity, and the approach
 SPEED = 0
@@ -92,9 +94,12 @@ def _basics_at(t, drive, motion, out):
 
 
 @jit
-def frame_at(t, drive, motion, basics, frame):
+def frame_at(t, drive, displacement, motion, basics, frame):
     """
-    Fill the frame record at time t [s].
+    Fill the frame record at time t [s], but for the clamp.
+
+    displacement : bool    the frame is the mount's and does not turn with the brush (the
+                           displacement load case moves the clamp instead, `drive_clamp`)
 
     motion : (MOTION,), basics : (2, 13) scratch, frame : (FRAME,)
     With load steps (time_step > 0) the basics are linear between multiples of time_step: OMEGA,
@@ -119,6 +124,12 @@ def frame_at(t, drive, motion, basics, frame):
         basics[0, 0], basics[0, 1], basics[0, 2], basics[0, 3], basics[0, 4], basics[0, 5])
     vx, vx_rate, vy, vy_rate = basics[0, 6], basics[0, 7], basics[0, 8], basics[0, 9]
 
+    frame[DRAG_SPIN] = 0.0
+    frame[DRAG_RATE] = 0.0
+    if displacement:
+        frame[DRAG_SPIN] = omega
+        frame[DRAG_RATE] = alpha
+        theta, omega, alpha = 0.0, 0.0, 0.0
     turn = theta - drive.tilt_azimuth
     ct, st = cos(turn), sin(turn)
     front = heading + drive.tilt_azimuth
@@ -159,6 +170,37 @@ def frame_at(t, drive, motion, basics, frame):
                               + frame[ROTATION + 6 + i] * gz)
     frame[HEIGHT] = basics[0, 10]
     frame[HEIGHT_RATE] = basics[0, 11]
+
+
+@jit
+def drive_clamp(t, drive, motion, clamp, basics, frame):
+    """
+    Move the clamp in the frame record along its circle, or along the polygon of the load steps.
+
+    clamp : (7,)    its position and quaternion at theta = 0
+    With load steps the position is linear between points of the circle, and so is the angle of its
+    rotation (Fig. 2a of the paper).
+    """
+    theta = frame[THETA]
+    c, s = cos(theta), sin(theta)
+    if drive.time_step > 0.0:
+        n = floor(t / drive.time_step + 1e-9)
+        part = t / drive.time_step - n
+        if part > 1e-9:
+            _basics_at(n * drive.time_step, drive, motion, basics[0])
+            _basics_at((n + 1.0) * drive.time_step, drive, motion, basics[1])
+            one, two = basics[0, 0], basics[1, 0]
+            theta = one + part * (two - one)
+            c = (1.0 - part) * cos(one) + part * cos(two)
+            s = (1.0 - part) * sin(one) + part * sin(two)
+    frame[CLAMP] = c * clamp[0] - s * clamp[1]
+    frame[CLAMP + 1] = s * clamp[0] + c * clamp[1]
+    frame[CLAMP + 2] = clamp[2]
+    c, s = cos(0.5 * theta), sin(0.5 * theta)
+    frame[CLAMP + 3] = c * clamp[3] - s * clamp[6]
+    frame[CLAMP + 4] = c * clamp[4] - s * clamp[5]
+    frame[CLAMP + 5] = c * clamp[5] + s * clamp[4]
+    frame[CLAMP + 6] = c * clamp[6] + s * clamp[3]
 
 
 @jit

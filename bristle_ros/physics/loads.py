@@ -12,7 +12,7 @@ W = w + R^T Omega its absolute angular velocity in section axes,
 
 The mass is lumped by the three-point Gauss-Lobatto rule, so all of it is nodal.
 """
-from .frame import GRAVITY, SPIN, SPIN_RATE
+from .frame import DRAG_SPIN, GRAVITY, SPIN, SPIN_RATE
 from .jit import jit
 from .layout import (A0, ACC0, BLOCK, FORCE, HA, HV, INERTIA, LANES, MASS, Q, Q0, R, TORQUE, V0,
                      X, X0)
@@ -71,6 +71,7 @@ def residual(s, blocks, ca, cv, mass_damping, frame):
     d1, d2, d3 = frame[SPIN_RATE], frame[SPIN_RATE + 1], frame[SPIN_RATE + 2]
     g1, g2, g3 = frame[GRAVITY], frame[GRAVITY + 1], frame[GRAVITY + 2]
     square = o1 * o1 + o2 * o2 + o3 * o3
+    drag = frame[DRAG_SPIN]
     for j in range(blocks):
         b = s[j * BLOCK:(j + 1) * BLOCK]
         for i in range(LANES):
@@ -86,10 +87,10 @@ def residual(s, blocks, ca, cv, mass_damping, frame):
             ox = o1 * x1 + o2 * x2 + o3 * x3
             m = b[MASS * LANES + i]
             f1 = m * (g1 - 2.0 * (o2 * v3 - o3 * v2) - o1 * ox + square * x1 - (d2 * x3 - d3 * x2)
-                      - mass_damping * v1 - ca * u1 + b[HA * LANES + i]) - b[FORCE * LANES + i]
+                      - mass_damping * (v1 + drag * x2) - ca * u1 + b[HA * LANES + i]) - b[FORCE * LANES + i]
             f2 = m * (g2 - 2.0 * (o3 * v1 - o1 * v3) - o2 * ox + square * x2 - (d3 * x1 - d1 * x3)
-                      - mass_damping * v2 - ca * u2 + b[(HA + 1) * LANES + i]
-                      ) - b[(FORCE + 1) * LANES + i]
+                      - mass_damping * (v2 - drag * x1) - ca * u2
+                      + b[(HA + 1) * LANES + i]) - b[(FORCE + 1) * LANES + i]
             f3 = m * (g3 - 2.0 * (o1 * v2 - o2 * v1) - o3 * ox + square * x3 - (d1 * x2 - d2 * x1)
                       - mass_damping * v3 - ca * u3 + b[(HA + 2) * LANES + i]
                       ) - b[(FORCE + 2) * LANES + i]
@@ -141,13 +142,45 @@ def residual(s, blocks, ca, cv, mass_damping, frame):
             y3 = b[(TORQUE + 3) * LANES + i]
             b[(R + 3) * LANES + i] = (
                 -(q0 * y1 - y0 * q1 - q2 * y3 + q3 * y2)
-                - i1 * (a1 + mass_damping * w1) - (i3 - i2) * p2 * p3)
+                - i1 * (a1 + mass_damping * (w1 - drag * r31)) - (i3 - i2) * p2 * p3)
             b[(R + 4) * LANES + i] = (
                 -(q0 * y2 - y0 * q2 - q3 * y1 + q1 * y3)
-                - i2 * (a2 + mass_damping * w2) - (i1 - i3) * p3 * p1)
+                - i2 * (a2 + mass_damping * (w2 - drag * r32)) - (i1 - i3) * p3 * p1)
             b[(R + 5) * LANES + i] = (
                 -(q0 * y3 - y0 * q3 - q1 * y2 + q2 * y1)
-                - i3 * (a3 + mass_damping * w3) - (i2 - i1) * p1 * p2)
+                - i3 * (a3 + mass_damping * (w3 - drag * r33)) - (i2 - i1) * p1 * p2)
+
+
+@jit
+def local_error(s, blocks, h, scheme):
+    """
+    Return the local error of the step's displacements, root mean square over the mass [m].
+
+    The scheme's leading error is |beta + sigma / 2 - 1/6| h^3 da/dt with sigma = alpha_m - alpha_f,
+    since its A stands for the acceleration at t + sigma h; h da/dt is the change of A.
+    """
+    ca = (1.0 - scheme.alpha_m) / ((1.0 - scheme.alpha_f) * scheme.beta * h * h)
+    back = 1.0 / (1.0 - scheme.alpha_m)
+    total = 0.0
+    mass = 0.0
+    for j in range(blocks):
+        b = s[j * BLOCK:(j + 1) * BLOCK]
+        for i in range(LANES):
+            square = 0.0
+            for row in range(3):
+                u = b[(X + row) * LANES + i] - b[(X0 + row) * LANES + i]
+                change = back * (
+                    (1.0 - scheme.alpha_f) * (ca * u - b[(HA + row) * LANES + i])
+                    + scheme.alpha_f * b[(ACC0 + row) * LANES + i]
+                    - b[(A0 + row) * LANES + i])
+                square += change * change
+            total += b[MASS * LANES + i] * square
+            if square > 0.0:
+                mass += b[MASS * LANES + i]
+    if mass == 0.0:
+        return 0.0
+    constant = abs(scheme.beta + 0.5 * (scheme.alpha_m - scheme.alpha_f) - 1.0 / 6.0)
+    return constant * h * h * (total / mass) ** 0.5
 
 
 @jit

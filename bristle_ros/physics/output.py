@@ -4,10 +4,11 @@ from math import cos, sin
 from .beam import internal_forces, stiffness
 from .contact import spring_energy
 from .energy import DISSIPATED, kinetic_energy, strain_energy, WORK
-from .frame import (CLAMP, frame_at, GRAVITY, OMEGA, ROTATION, SPIN, SPIN_RATE, THETA,
+from .frame import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, OMEGA, ROTATION, SPIN, SPIN_RATE, THETA,
                     turn_frame)
 from .jit import jit
 from .layout import (BLOCK, ELEMENTS, LANES, LFORCE, LTORQUE, Q, RATE0, STRESS0, X)
+from .stepping import own_frame
 from .tip import ESTIMATE, FORCE, GAP, IMPULSE, rotate, rotate_back
 
 # columns of a bristle's row
@@ -53,6 +54,12 @@ def clamp_reaction(s, clamp):
 
 
 @jit
+def turned(c, s, x, y, z):
+    """Return (x, y, z) turned about z by the angle with this cosine and sine."""
+    return c * x - s * y, s * x + c * y, z
+
+
+@jit
 def _put_turned(row, at, c, s, x, y, z):
     """Store (x, y, z) turned about z by the angle with this cosine and sine."""
     row[at] = c * x - s * y
@@ -81,12 +88,17 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
     t = state.step[0] * model.its
     frame = scratch.frame
     own = scratch.frames[0]
-    frame_at(t, model.exact, state.motion, scratch.basics, frame)
+    frame_at(t, model.exact, False, state.motion, scratch.basics, frame)
     theta = frame[THETA]
-    totals[:] = 0.0
+    for i in range(TOTALS):
+        totals[i] = 0.0
     block = (model.elements - 1) // ELEMENTS
     lane = ELEMENTS + (model.elements - 1) % ELEMENTS
     c_theta, s_theta = cos(theta), sin(theta)
+    back = -theta if model.displacement else 0.0   # from the solved axes to the bristle's own
+    c_back, s_back = cos(back), sin(back)
+    c_half, s_half = cos(0.5 * back), sin(0.5 * back)
+    driven = scratch.frames[1]
     for bristle in range(model.bristles):
         s = state.nodes[bristle]
         tip = state.tip[bristle]
@@ -94,18 +106,20 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
         ca, sa = model.azimuth[bristle, 0], model.azimuth[bristle, 1]
         half_c, half_s = model.azimuth[bristle, 2], model.azimuth[bristle, 3]
         turn_frame(frame, ca, sa, own)
-        for i in range(7):
-            own[CLAMP + i] = model.clamp[i]
-        clamp = own[CLAMP:]
+        own_frame(model, state.motion, model.azimuth[bristle], t, scratch, driven)
+        clamp = driven[CLAMP:]
         b = s[block * BLOCK:(block + 1) * BLOCK]
-        x1, x2, x3 = b[X * LANES + lane], b[(X + 1) * LANES + lane], b[(X + 2) * LANES + lane]
+        x1, x2, x3 = turned(c_back, s_back, b[X * LANES + lane], b[(X + 1) * LANES + lane],
+                            b[(X + 2) * LANES + lane])
         _put_turned(row, POSITION, ca, sa, x1, x2, x3)
         row[POSITION_ROAD], row[POSITION_ROAD + 1], row[POSITION_ROAD + 2] = rotate(
             own, ROTATION, x1, x2, x3)
         _put_turned(row, POSITION_MOUNT, c_theta, s_theta, row[POSITION], row[POSITION + 1], x3)
-        _put_turned_quaternion(row, ORIENTATION, half_c, half_s, b[Q * LANES + lane],
+        _put_turned_quaternion(row, ORIENTATION, c_half, s_half, b[Q * LANES + lane],
                                b[(Q + 1) * LANES + lane], b[(Q + 2) * LANES + lane],
                                b[(Q + 3) * LANES + lane])
+        _put_turned_quaternion(row, ORIENTATION, half_c, half_s, row[ORIENTATION + 3],
+                               row[ORIENTATION], row[ORIENTATION + 1], row[ORIENTATION + 2])
         _put_turned_quaternion(row, ORIENTATION_MOUNT, cos(0.5 * theta), sin(0.5 * theta),
                                row[ORIENTATION + 3], row[ORIENTATION], row[ORIENTATION + 1],
                                row[ORIENTATION + 2])
@@ -124,17 +138,19 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
                     for i in range(LANES):
                         s[at + i] = scale * s[rate + i]
             internal_forces(s, model.blocks, clamp, model.section, 0.0)
-            (row[DAMPING_FORCE], row[DAMPING_FORCE + 1], row[DAMPING_FORCE + 2],
-             _, _, _) = clamp_reaction(s, clamp)
+            f1, f2, f3, _, _, _ = clamp_reaction(s, clamp)
+            _put_turned(row, DAMPING_FORCE, c_back, s_back, f1, f2, f3)
         else:
             row[DAMPING_FORCE] = 0.0
             row[DAMPING_FORCE + 1] = 0.0
             row[DAMPING_FORCE + 2] = 0.0
         internal_forces(s, model.blocks, clamp, model.section, 1.0)
         f1, f2, f3, m1, m2, m3 = clamp_reaction(s, clamp)
+        f1, f2, f3 = turned(c_back, s_back, f1, f2, f3)
+        m1, m2, m3 = turned(c_back, s_back, m1, m2, m3)
         o1, o2, o3 = own[SPIN], own[SPIN + 1], own[SPIN + 2]
         d1, d2, d3 = own[SPIN_RATE], own[SPIN_RATE + 1], own[SPIN_RATE + 2]
-        p1, p2, p3 = clamp[0], clamp[1], clamp[2]
+        p1, p2, p3 = model.clamp[0], model.clamp[1], model.clamp[2]
         op = o1 * p1 + o2 * p2 + o3 * p3
         square = o1 * o1 + o2 * o2 + o3 * o3
         f1 += model.clamp_mass * (own[GRAVITY] - o1 * op + square * p1 - d2 * p3 + d3 * p2)
@@ -162,7 +178,7 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
         totals[CONTACT_TORQUE + 1] += model.wires * (s_all * t1 + c_all * t2)
         totals[CONTACT_TORQUE + 2] += model.wires * t3
 
-        totals[KINETIC] += model.wires * kinetic_energy(s, model.blocks)
+        totals[KINETIC] += model.wires * kinetic_energy(s, model.blocks, driven[DRAG_SPIN])
         totals[ELASTIC] += model.wires * strain_energy(s, model.blocks, model.section)
         if law is not None:
             totals[ELASTIC] += model.wires * spring_energy(law.stiffness, tip[GAP])

@@ -24,6 +24,9 @@ class Model(NamedTuple):
     clamp: np.ndarray           # (7,) position and quaternion of the clamp, bristle's own axes
     clamp_mass: float           # [kg] of the clamped node
     wires: float                # real wires per bristle
+    displacement: bool          # load case: solved in mount axes with the clamp driven
+    accounting: bool            # keep the energy accounts
+    local_error: float          # [m] above which a step is taken in halves; 0: fixed steps
 
 
 class State(NamedTuple):

@@ -11,17 +11,18 @@ from math import sqrt
 from .beam import accept_damping, internal_forces, predict_damping
 from .chain import (CORNER, eliminate, factorise, load_residual, MID, OK, RECORD, substitute)
 from .energy import account_step, DISSIPATED
-from .frame import CLAMP, frame_at, SPIN, SPIN_RATE, turn_frame
+from .frame import CLAMP, drive_clamp, frame_at, SPIN, SPIN_RATE, turn_frame
 from .jit import jit
-from .layout import BLOCK, ELEMENTS, LANES, Q, X
-from .loads import accept_step, begin_step, rescale_memory, residual
-from .tip import (begin_contact, contact_correction, CONTRACTION, finish_contact, FORCE,
+from .layout import BLOCK, ELEMENTS, LANES, Q, X, X0
+from .loads import accept_step, begin_step, local_error, rescale_memory, residual
+from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, finish_contact, FORCE,
                   IMPULSE, LEVEL, MATRIX_STEP, STEP)
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.1              # contraction above which the matrix is factorised anew
 EASY = 5                # iterations up to which a sub-step may become longer again
 DEEPEST = 14            # halvings of the integration step
+FINEST = 10             # halvings that the error estimate may ask for
 WHOLE = 1 << DEEPEST
 MAX_ATTEMPTS = 2 * WHOLE
 
@@ -29,6 +30,7 @@ MAX_ATTEMPTS = 2 * WHOLE
 SINGULAR_MATRIX = 1
 NO_CONVERGENCE = 2
 NOT_FINITE = 3
+TOO_INACCURATE = 4      # adaptive steps: the local error is above what it may be
 
 # running counts
 NEWTON = 0
@@ -80,13 +82,14 @@ def move_nodes(s, elements, element_length, chain):
 
 
 @jit
-def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratch, h):
+def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratch, h, shortest):
     """
     Advance one bristle by one step of length h; return OK or why it failed (then nothing moved on).
 
     model : Model             constants; law : ContactLaw or None; viscosity [s] : float or None
-    audit : (AUDIT,) or None  energy accounts
+    audit : (AUDIT,)          energy accounts, kept where model.accounting
     s, chain, tip, counts     the bristle's state
+    shortest [s] : float      step that is accepted whatever its local error
     frames : (3, FRAME)       frame records at the step's start, middle and end, its own axes
     """
     scheme = model.scheme
@@ -155,18 +158,23 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
                 iteration > 0 and size * rate <= scheme.tolerance * (1.0 - rate)):
             status = OK
             break
+    if status == OK:
+        tip[ESTIMATE] = local_error(s, blocks, h, scheme)
+        if model.local_error > 0.0 and tip[ESTIMATE] > model.local_error and h > shortest:
+            status = TOO_INACCURATE
     if status != OK:
         tip[MATRIX_STEP] = 0.0
         tip[FORCE], tip[FORCE + 1], tip[FORCE + 2] = old1, old2, old3
-        counts[FAILURES] += 1
+        if status != TOO_INACCURATE:
+            counts[FAILURES] += 1
         return status
     tip[CONTRACTION] = min(rate, 0.5)
     if refresh:
         tip[MATRIX_STEP] = 0.0
     tip[STEP] = h
-    if audit is not None or viscosity is not None:
+    if model.accounting or viscosity is not None:
         internal_forces(s, blocks, end[CLAMP:], model.section, factor)
-    if audit is not None:
+    if model.accounting:
         account_step(model, law, viscosity, audit, s, tip, frames, cv, keep, drift, h)
     if viscosity is not None:
         accept_damping(s, blocks, cv, keep, drift, 1.0 / (scheme.beta * h * h),
@@ -176,8 +184,7 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
         lost = finish_contact(b, lane, law, h, end, tip)
         for i in range(3):
             tip[IMPULSE + i] += h * tip[FORCE + i]
-        if audit is not None:
-            audit[DISSIPATED] += lost
+        audit[DISSIPATED] += lost
     return OK
 
 
@@ -185,86 +192,88 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
 def own_frame(model, motion, azimuth, t, scratch, frame):
     """Fill the frame record of a bristle (cosine and sine of its azimuth) at time t."""
     if azimuth[0] == 1.0:
-        frame_at(t, model.drive, motion, scratch.basics, frame)
+        frame_at(t, model.drive, model.displacement, motion, scratch.basics, frame)
     else:
-        frame_at(t, model.drive, motion, scratch.basics, scratch.frame)
+        frame_at(t, model.drive, model.displacement, motion, scratch.basics, scratch.frame)
         turn_frame(scratch.frame, azimuth[0], azimuth[1], frame)
-    for i in range(7):
-        frame[CLAMP + i] = model.clamp[i]
+    if model.displacement:
+        drive_clamp(t, model.drive, motion, model.clamp, scratch.basics, frame)
+    else:
+        for i in range(7):
+            frame[CLAMP + i] = model.clamp[i]
 
 
 @jit
-def subdivide(model, law, viscosity, audit, motion, azimuth, s, chain, tip, counts, scratch, step):
-    """Advance one bristle over one integration step in halves of halves; return its status."""
-    its = model.its
+def keep_copy(source, into):
+    """Copy one flat array into another."""
+    for i in range(source.size):
+        into[i] = source[i]
+
+
+@jit
+def whole_step(model, law, viscosity, audit, motion, azimuth, s, chain, tip, counts, scratch, step):
+    """
+    Advance one bristle over one integration step, in halves of halves where Newton fails.
+
+    Returns OK, or the last failure's status with the state as it was at the step's start.
+    """
     frames = scratch.frames
-    scratch.saved[:] = s
-    scratch.saved_tip[:] = tip
     position = 0
-    level = max(int(tip[LEVEL]), 1)
-    attempts = 0
-    status = OK
-    while position < WHOLE:
+    level = int(tip[LEVEL])
+    if level > 0:
+        keep_copy(s, scratch.saved)
+        keep_copy(tip, scratch.saved_tip)
+    for _ in range(MAX_ATTEMPTS):
         size = WHOLE >> level
-        h = its / (1 << level)
-        own_frame(model, motion, azimuth, (step + position / WHOLE) * its, scratch, frames[0])
-        own_frame(model, motion, azimuth, (step + (position + 0.5 * size) / WHOLE) * its, scratch,
-                  frames[1])
-        own_frame(model, motion, azimuth, (step + (position + size) / WHOLE) * its, scratch,
-                  frames[2])
+        for i in range(3):
+            part = (position + 0.5 * i * size) / WHOLE
+            own_frame(model, motion, azimuth, (step + part) * model.its, scratch, frames[i])
         counted = counts[NEWTON]
-        attempts += 1
-        status = try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratch, h)
+        status = try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratch,
+                          model.its / (1 << level), model.its / (1 << FINEST))
         if status == OK:
-            counts[SUBSTEPS] += 1
             position += size
-            if counts[NEWTON] - counted <= EASY and level > 0 and position % (2 * size) == 0:
-                level -= 1
+            if level > 0:
+                counts[SUBSTEPS] += 1
+                if counts[NEWTON] - counted <= EASY and position % (2 * size) == 0 and (
+                        8.0 * tip[ESTIMATE] <= model.local_error or model.local_error == 0.0):
+                    level -= 1
+            if position == WHOLE:
+                tip[LEVEL] = level
+                return OK
         else:
+            if position == 0:
+                keep_copy(s, scratch.saved)
+                keep_copy(tip, scratch.saved_tip)
             level += 1
-        if level > DEEPEST or attempts > MAX_ATTEMPTS:
-            break
-    if position < WHOLE:
-        s[:] = scratch.saved
-        tip[:] = scratch.saved_tip
-        tip[MATRIX_STEP] = 0.0
-        return status
-    tip[LEVEL] = level
-    return OK
+            if level > DEEPEST:
+                break
+    keep_copy(scratch.saved, s)
+    keep_copy(scratch.saved_tip, tip)
+    tip[MATRIX_STEP] = 0.0
+    for j in range(model.blocks):
+        for i in range(7 * LANES):
+            s[j * BLOCK + X * LANES + i] = s[j * BLOCK + X0 * LANES + i]
+    return status
 
 
 @jit
-def advance(model, law, viscosity, audit, state, scratch, steps):
+def advance(model, law, viscosity, state, scratch, steps):
     """
     Advance all bristles by `steps` integration steps in place; return 0, or the status of a failure.
 
     On failure the state is the one at the start of the failed step, whose number is state.step[0];
     state.step[1] is then the bristle.
     """
-    motion = state.motion
-    frames = scratch.frames
     for _ in range(steps):
         step = state.step[0]
         for bristle in range(model.bristles):
-            azimuth = model.azimuth[bristle]
-            s = state.nodes[bristle]
-            chain = state.chain[bristle]
-            tip = state.tip[bristle]
-            counts = state.counts[bristle]
-            account = None if audit is None else audit[bristle]
-            status = NO_CONVERGENCE
-            if tip[LEVEL] == 0.0:
-                own_frame(model, motion, azimuth, step * model.its, scratch, frames[0])
-                own_frame(model, motion, azimuth, (step + 0.5) * model.its, scratch, frames[1])
-                own_frame(model, motion, azimuth, (step + 1) * model.its, scratch, frames[2])
-                status = try_step(model, law, viscosity, account, s, chain, tip, counts, frames,
-                                  scratch, model.its)
-            if status != OK:
-                status = subdivide(model, law, viscosity, account, motion, azimuth, s, chain, tip,
-                                   counts, scratch, step)
+            status = whole_step(model, law, viscosity, state.audit[bristle], state.motion,
+                                model.azimuth[bristle], state.nodes[bristle],
+                                state.chain[bristle], state.tip[bristle], state.counts[bristle],
+                                scratch, step)
             if status != OK:
                 state.step[1] = bristle
                 return status
         state.step[0] = step + 1
     return OK
-
