@@ -6,6 +6,7 @@ import numpy as np
 
 from .model import (build_model, build_state, check_start, contact_law, new_scratch,
                     turn_nodes, viscosity_of)
+from .model_equilibrium import settle_state
 from .physics import output
 from .physics.drive import RAMP, ramp_at
 from .physics.frame import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, ROTATION, SPEED, YAW)
@@ -15,7 +16,6 @@ from .physics.stepping import (advance, FAILURES, NEWTON, NO_CONVERGENCE, NOT_FI
                                SINGULAR_MATRIX, SUBSTEPS, TOO_INACCURATE)
 from .physics.tip import GAP
 from .snapshot import Snapshot
-from .statics import settle_state
 
 REASONS = {
     SINGULAR_MATRIX: 'the iteration matrix became singular',
