@@ -45,7 +45,7 @@ def vap_quarter(h, b):
     if k < 0.05:  # (z e^z - e^z + 1) / z^2 as a series: the closed form cancels
         z = 2.0 * k * h
         series = 0.5 + z * (1.0 / 3.0 + z * (1.0 / 8.0 + z * (1.0 / 30.0 + z * (
-            1.0 / 144.0 + z / 840.0))))
+            1.0 / 144.0 + z * (1.0 / 840.0 + z * (1.0 / 5760.0 + z / 45360.0))))))
         return h * h * (0.5 - b * exp(-k) * series)
     grown = exp(k * (2.0 * h - 1.0))
     return 0.5 * h * h - b * (h * grown / (2.0 * k) - (grown - exp(-k)) / (4.0 * k * k))
