@@ -8,9 +8,10 @@ class Snapshot(NamedTuple):
     """
     Outputs at the end of one integration step; B bristles, SI units.
 
-    Arrays are per wire except `brush_*` and `contact_*_mount`, which sum over all wires. Axes: `brush`
-    (x along bristle 0's radius, z along the brush axis), `road` (inertial, z up), `mount` (fixed to
-    the sweeper). All are float64 and owned by the snapshot: it does not change when the run goes on.
+    Arrays are per wire except `brush_*` and `contact_*_mount`, which sum over all wires. Axes:
+    `brush` (x along bristle 0's radius, z along the brush axis), `road` (inertial, z up), `mount`
+    (fixed to the sweeper). All are float64 and owned by the snapshot: it does not change when the
+    run goes on.
     """
 
     step: int                           # integration steps since the scene's start
@@ -37,7 +38,7 @@ class Snapshot(NamedTuple):
     work_external: float
     newton_iterations: int              # running counts, summed over bristles
     substeps: int
-    error_estimate: float               # local error of the last step, relative to the bristle's length
+    error_estimate: float               # local error of the last step, per length of the bristle
 
 
 NPZ_ARRAYS = (
