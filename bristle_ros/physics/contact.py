@@ -76,6 +76,8 @@ def _bounded(w11, w12, w21, w22, s1, s2, bound):
     sigma = 0.0
     f1 = 0.0
     f2 = 0.0
+    if bound < 1e-60:  # no friction; its square would underflow
+        return f1, f2
     for _ in range(ITERATIONS):
         a = w11 + sigma
         d = w22 + sigma
