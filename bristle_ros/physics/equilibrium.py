@@ -1,9 +1,10 @@
 """Static equilibrium in a frame that turns steadily, friction off: pseudo-transient continuation."""
 from .beam import internal_forces
-from .chain import (CORNER, eliminate, factorise, INVERSE, load_residual, OK, RECORD, substitute)
+from .chain import (CORNER, eliminate, factorise, INVERSE, load_residual, OK, store_increments,
+                    substitute)
 from .frame import CLAMP, HEIGHT, ROTATION, SPIN, SPIN_RATE
 from .jit import jit
-from .layout import BLOCK, ELEMENTS, HA, HV, LANES, Q, R, X, X0
+from .layout import ELEMENTS, HA, HV, LANES, Q, R, X, X0
 from .loads import residual
 from .stepping import move_nodes, NO_CONVERGENCE
 from .tip import FORCE, GAP, rotate, rotate_back
@@ -16,10 +17,10 @@ RISE = 0.2          # of the road in a pseudo step, in element lengths
 
 
 @jit
-def _contact(b, lane, record, law, frame, tip):
+def _contact(s, j, lane, chain, e, law, frame, tip):
     """Put the normal force that the linearised tip finds into the last block; frictionless."""
-    q0, q1, q2, q3 = (b[Q * LANES + lane], b[(Q + 1) * LANES + lane],
-                      b[(Q + 2) * LANES + lane], b[(Q + 3) * LANES + lane])
+    q0, q1, q2, q3 = (s[j, Q * LANES + lane], s[j, (Q + 1) * LANES + lane],
+                      s[j, (Q + 2) * LANES + lane], s[j, (Q + 3) * LANES + lane])
     n1, n2, n3 = frame[ROTATION + 6], frame[ROTATION + 7], frame[ROTATION + 8]
     normal = ((1.0 - 2.0 * (q2 * q2 + q3 * q3)) * n1 + 2.0 * (q1 * q2 + q0 * q3) * n2
               + 2.0 * (q1 * q3 - q0 * q2) * n3,
@@ -31,11 +32,11 @@ def _contact(b, lane, record, law, frame, tip):
     compliance = 0.0
     for i in range(3):
         for k in range(6):
-            free += normal[i] * record[INVERSE + 8 * k + i] * record[CORNER + k]
+            free += normal[i] * chain[e, INVERSE + 8 * k + i] * chain[e, CORNER + k]
         for k in range(3):
-            compliance += normal[i] * record[INVERSE + 8 * k + i] * normal[k]
-    _, _, height = rotate(frame, ROTATION, b[X * LANES + lane], b[(X + 1) * LANES + lane],
-                          b[(X + 2) * LANES + lane])
+            compliance += normal[i] * chain[e, INVERSE + 8 * k + i] * normal[k]
+    _, _, height = rotate(frame, ROTATION, s[j, X * LANES + lane], s[j, (X + 1) * LANES + lane],
+                          s[j, (X + 2) * LANES + lane])
     base = height + frame[HEIGHT] + free - compliance * tip[FORCE + 2]
     if law.stiffness == 0.0:
         force = max(0.0, -base / compliance)
@@ -45,7 +46,7 @@ def _contact(b, lane, record, law, frame, tip):
     tip[FORCE + 2] = force
     tip[GAP] = base + compliance * force
     for k in range(3):
-        record[CORNER + k] += change * normal[k]
+        chain[e, CORNER + k] += change * normal[k]
 
 
 @jit
@@ -62,15 +63,14 @@ def settle(model, law, s, chain, tip, frame, load, scratch):
     """
     elements, blocks = model.elements, model.blocks
     lane = ELEMENTS + (elements - 1) % ELEMENTS
-    b = s[(elements - 1) // ELEMENTS * BLOCK:((elements - 1) // ELEMENTS + 1) * BLOCK]
-    last = chain[(elements - 1) * RECORD:elements * RECORD]
+    tip_block = (elements - 1) // ELEMENTS
     for j in range(blocks):
         for row in range(6):
             for i in range(LANES):
-                s[j * BLOCK + (HA + row) * LANES + i] = 0.0
-                s[j * BLOCK + (HV + row) * LANES + i] = 0.0
-    _, _, tip_height = rotate(frame, ROTATION, b[X * LANES + lane], b[(X + 1) * LANES + lane],
-                              b[(X + 2) * LANES + lane])
+                s[j, (HA + row) * LANES + i] = 0.0
+                s[j, (HV + row) * LANES + i] = 0.0
+    _, _, tip_height = rotate(frame, ROTATION, s[tip_block, X * LANES + lane], s[tip_block, (X + 1) * LANES + lane],
+                              s[tip_block, (X + 2) * LANES + lane])
     target = frame[HEIGHT]
     frame[HEIGHT] = max(target, -tip_height)
     tau = FIRST
@@ -82,7 +82,7 @@ def settle(model, law, s, chain, tip, frame, load, scratch):
         for j in range(blocks):
             for row in range(7):
                 for i in range(LANES):
-                    s[j * BLOCK + (X0 + row) * LANES + i] = s[j * BLOCK + (X + row) * LANES + i]
+                    s[j, (X0 + row) * LANES + i] = s[j, (X + row) * LANES + i]
         force0 = tip[FORCE + 2]
         converged = False
         size = 0.0
@@ -92,29 +92,30 @@ def settle(model, law, s, chain, tip, frame, load, scratch):
             if factorise(s, elements, model.section, 1.0, ca, frame[SPIN:], frame[SPIN_RATE:],
                          0.0, chain, scratch.work) != OK:
                 break
-            q0, q1, q2, q3 = (b[Q * LANES + lane], b[(Q + 1) * LANES + lane],
-                              b[(Q + 2) * LANES + lane], b[(Q + 3) * LANES + lane])
+            q0, q1, q2, q3 = (s[tip_block, Q * LANES + lane], s[tip_block, (Q + 1) * LANES + lane],
+                              s[tip_block, (Q + 2) * LANES + lane], s[tip_block, (Q + 3) * LANES + lane])
             f1, f2, f3 = load[0], load[1], load[2]
             if law is not None:
                 n1, n2, n3 = rotate_back(frame, ROTATION, 0.0, 0.0, tip[FORCE + 2])
                 f1, f2, f3 = f1 + n1, f2 + n2, f3 + n3
-            b[R * LANES + lane] += ((1.0 - 2.0 * (q2 * q2 + q3 * q3)) * f1
+            s[tip_block, R * LANES + lane] += ((1.0 - 2.0 * (q2 * q2 + q3 * q3)) * f1
                                     + 2.0 * (q1 * q2 + q0 * q3) * f2
                                     + 2.0 * (q1 * q3 - q0 * q2) * f3)
-            b[(R + 1) * LANES + lane] += (2.0 * (q1 * q2 - q0 * q3) * f1
+            s[tip_block, (R + 1) * LANES + lane] += (2.0 * (q1 * q2 - q0 * q3) * f1
                                           + (1.0 - 2.0 * (q1 * q1 + q3 * q3)) * f2
                                           + 2.0 * (q2 * q3 + q0 * q1) * f3)
-            b[(R + 2) * LANES + lane] += (2.0 * (q1 * q3 + q0 * q2) * f1
+            s[tip_block, (R + 2) * LANES + lane] += (2.0 * (q1 * q3 + q0 * q2) * f1
                                           + 2.0 * (q2 * q3 - q0 * q1) * f2
                                           + (1.0 - 2.0 * (q1 * q1 + q2 * q2)) * f3)
             for i in range(3):
-                b[(R + 3 + i) * LANES + lane] += load[3 + i]
+                s[tip_block, (R + 3 + i) * LANES + lane] += load[3 + i]
             load_residual(s, elements, chain)
             eliminate(chain, elements)
             if law is not None:
-                _contact(b, lane, last, law, frame, tip)
+                _contact(s, tip_block, lane, chain, elements - 1, law, frame, tip)
             substitute(chain, elements)
-            size = move_nodes(s, elements, model.section.element_length, chain)
+            store_increments(s, elements, chain)
+            size = move_nodes(s, blocks, model.section.element_length)
             if not size < 2.0:
                 break
             if size <= model.scheme.tolerance:
@@ -125,8 +126,7 @@ def settle(model, law, s, chain, tip, frame, load, scratch):
             for j in range(blocks):
                 for row in range(7):
                     for i in range(LANES):
-                        at = j * BLOCK + row * LANES + i
-                        s[at + X * LANES] = s[at + X0 * LANES]
+                        s[j, (X + row) * LANES + i] = s[j, (X0 + row) * LANES + i]
             tau *= 0.2
             if tau < 1e-3 * FIRST:
                 return NO_CONVERGENCE

@@ -14,7 +14,7 @@ The mass is lumped by the three-point Gauss-Lobatto rule, so all of it is nodal.
 """
 from .frame import DRAG_SPIN, GRAVITY, SPIN, SPIN_RATE
 from .jit import jit
-from .layout import (A0, ACC0, BLOCK, FORCE, HA, HV, INERTIA, LANES, MASS, Q, Q0, R, TORQUE, V0,
+from .layout import (A0, ACC0, FORCE, HA, HV, INERTIA, LANES, MASS, Q, Q0, R, TORQUE, V0,
                      X, X0)
 
 
@@ -34,30 +34,29 @@ def begin_step(s, blocks, h, scheme):
     drift = h * (1.0 - 0.5 * scheme.gamma / scheme.beta)
     half = 0.5 * h * h
     for j in range(blocks):
-        b = s[j * BLOCK:(j + 1) * BLOCK]
         for row in range(6):
             for i in range(LANES):
-                v = b[(V0 + row) * LANES + i]
-                a = b[(A0 + row) * LANES + i]
-                b[(HA + row) * LANES + i] = (by_velocity * v + by_pseudo * a
-                                             + by_acceleration * b[(ACC0 + row) * LANES + i])
-                b[(HV + row) * LANES + i] = keep * v + drift * a
+                v = s[j, (V0 + row) * LANES + i]
+                a = s[j, (A0 + row) * LANES + i]
+                s[j, (HA + row) * LANES + i] = (by_velocity * v + by_pseudo * a
+                                             + by_acceleration * s[j, (ACC0 + row) * LANES + i])
+                s[j, (HV + row) * LANES + i] = keep * v + drift * a
         for row in range(3):
             for i in range(LANES):
-                b[(X + row) * LANES + i] = (
-                    b[(X0 + row) * LANES + i] + h * b[(V0 + row) * LANES + i]
-                    + half * b[(A0 + row) * LANES + i])
+                s[j, (X + row) * LANES + i] = (
+                    s[j, (X0 + row) * LANES + i] + h * s[j, (V0 + row) * LANES + i]
+                    + half * s[j, (A0 + row) * LANES + i])
         for i in range(LANES):
-            t1 = 0.5 * (h * b[(V0 + 3) * LANES + i] + half * b[(A0 + 3) * LANES + i])
-            t2 = 0.5 * (h * b[(V0 + 4) * LANES + i] + half * b[(A0 + 4) * LANES + i])
-            t3 = 0.5 * (h * b[(V0 + 5) * LANES + i] + half * b[(A0 + 5) * LANES + i])
-            q0, q1, q2, q3 = (b[Q0 * LANES + i], b[(Q0 + 1) * LANES + i],
-                              b[(Q0 + 2) * LANES + i], b[(Q0 + 3) * LANES + i])
+            t1 = 0.5 * (h * s[j, (V0 + 3) * LANES + i] + half * s[j, (A0 + 3) * LANES + i])
+            t2 = 0.5 * (h * s[j, (V0 + 4) * LANES + i] + half * s[j, (A0 + 4) * LANES + i])
+            t3 = 0.5 * (h * s[j, (V0 + 5) * LANES + i] + half * s[j, (A0 + 5) * LANES + i])
+            q0, q1, q2, q3 = (s[j, Q0 * LANES + i], s[j, (Q0 + 1) * LANES + i],
+                              s[j, (Q0 + 2) * LANES + i], s[j, (Q0 + 3) * LANES + i])
             n = 1.0 / (1.0 + t1 * t1 + t2 * t2 + t3 * t3) ** 0.5
-            b[Q * LANES + i] = n * (q0 - q1 * t1 - q2 * t2 - q3 * t3)
-            b[(Q + 1) * LANES + i] = n * (q1 + q0 * t1 + q2 * t3 - q3 * t2)
-            b[(Q + 2) * LANES + i] = n * (q2 + q0 * t2 + q3 * t1 - q1 * t3)
-            b[(Q + 3) * LANES + i] = n * (q3 + q0 * t3 + q1 * t2 - q2 * t1)
+            s[j, Q * LANES + i] = n * (q0 - q1 * t1 - q2 * t2 - q3 * t3)
+            s[j, (Q + 1) * LANES + i] = n * (q1 + q0 * t1 + q2 * t3 - q3 * t2)
+            s[j, (Q + 2) * LANES + i] = n * (q2 + q0 * t2 + q3 * t1 - q1 * t3)
+            s[j, (Q + 3) * LANES + i] = n * (q3 + q0 * t3 + q1 * t2 - q2 * t1)
 
 
 @jit
@@ -73,31 +72,30 @@ def residual(s, blocks, ca, cv, mass_damping, frame):
     square = o1 * o1 + o2 * o2 + o3 * o3
     drag = frame[DRAG_SPIN]
     for j in range(blocks):
-        b = s[j * BLOCK:(j + 1) * BLOCK]
         for i in range(LANES):
-            x1 = b[X * LANES + i]
-            x2 = b[(X + 1) * LANES + i]
-            x3 = b[(X + 2) * LANES + i]
-            u1 = x1 - b[X0 * LANES + i]
-            u2 = x2 - b[(X0 + 1) * LANES + i]
-            u3 = x3 - b[(X0 + 2) * LANES + i]
-            v1 = cv * u1 + b[HV * LANES + i]
-            v2 = cv * u2 + b[(HV + 1) * LANES + i]
-            v3 = cv * u3 + b[(HV + 2) * LANES + i]
+            x1 = s[j, X * LANES + i]
+            x2 = s[j, (X + 1) * LANES + i]
+            x3 = s[j, (X + 2) * LANES + i]
+            u1 = x1 - s[j, X0 * LANES + i]
+            u2 = x2 - s[j, (X0 + 1) * LANES + i]
+            u3 = x3 - s[j, (X0 + 2) * LANES + i]
+            v1 = cv * u1 + s[j, HV * LANES + i]
+            v2 = cv * u2 + s[j, (HV + 1) * LANES + i]
+            v3 = cv * u3 + s[j, (HV + 2) * LANES + i]
             ox = o1 * x1 + o2 * x2 + o3 * x3
-            m = b[MASS * LANES + i]
+            m = s[j, MASS * LANES + i]
             f1 = m * (g1 - 2.0 * (o2 * v3 - o3 * v2) - o1 * ox + square * x1 - (d2 * x3 - d3 * x2)
-                      - mass_damping * (v1 + drag * x2) - ca * u1 + b[HA * LANES + i]) - b[FORCE * LANES + i]
+                      - mass_damping * (v1 + drag * x2) - ca * u1 + s[j, HA * LANES + i]) - s[j, FORCE * LANES + i]
             f2 = m * (g2 - 2.0 * (o3 * v1 - o1 * v3) - o2 * ox + square * x2 - (d3 * x1 - d1 * x3)
                       - mass_damping * (v2 - drag * x1) - ca * u2
-                      + b[(HA + 1) * LANES + i]) - b[(FORCE + 1) * LANES + i]
+                      + s[j, (HA + 1) * LANES + i]) - s[j, (FORCE + 1) * LANES + i]
             f3 = m * (g3 - 2.0 * (o1 * v2 - o2 * v1) - o3 * ox + square * x3 - (d1 * x2 - d2 * x1)
-                      - mass_damping * v3 - ca * u3 + b[(HA + 2) * LANES + i]
-                      ) - b[(FORCE + 2) * LANES + i]
-            q0 = b[Q * LANES + i]
-            q1 = b[(Q + 1) * LANES + i]
-            q2 = b[(Q + 2) * LANES + i]
-            q3 = b[(Q + 3) * LANES + i]
+                      - mass_damping * v3 - ca * u3 + s[j, (HA + 2) * LANES + i]
+                      ) - s[j, (FORCE + 2) * LANES + i]
+            q0 = s[j, Q * LANES + i]
+            q1 = s[j, (Q + 1) * LANES + i]
+            q2 = s[j, (Q + 2) * LANES + i]
+            q3 = s[j, (Q + 3) * LANES + i]
             r11 = 1.0 - 2.0 * (q2 * q2 + q3 * q3)
             r12 = 2.0 * (q1 * q2 - q0 * q3)
             r13 = 2.0 * (q1 * q3 + q0 * q2)
@@ -107,46 +105,46 @@ def residual(s, blocks, ca, cv, mass_damping, frame):
             r31 = 2.0 * (q1 * q3 - q0 * q2)
             r32 = 2.0 * (q2 * q3 + q0 * q1)
             r33 = 1.0 - 2.0 * (q1 * q1 + q2 * q2)
-            b[R * LANES + i] = r11 * f1 + r21 * f2 + r31 * f3
-            b[(R + 1) * LANES + i] = r12 * f1 + r22 * f2 + r32 * f3
-            b[(R + 2) * LANES + i] = r13 * f1 + r23 * f2 + r33 * f3
-            s0 = b[Q0 * LANES + i]
-            s1 = b[(Q0 + 1) * LANES + i]
-            s2 = b[(Q0 + 2) * LANES + i]
-            s3 = b[(Q0 + 3) * LANES + i]
+            s[j, R * LANES + i] = r11 * f1 + r21 * f2 + r31 * f3
+            s[j, (R + 1) * LANES + i] = r12 * f1 + r22 * f2 + r32 * f3
+            s[j, (R + 2) * LANES + i] = r13 * f1 + r23 * f2 + r33 * f3
+            s0 = s[j, Q0 * LANES + i]
+            s1 = s[j, (Q0 + 1) * LANES + i]
+            s2 = s[j, (Q0 + 2) * LANES + i]
+            s3 = s[j, (Q0 + 3) * LANES + i]
             inverse = 2.0 / (s0 * q0 + s1 * q1 + s2 * q2 + s3 * q3)
             t1 = inverse * (s0 * q1 - q0 * s1 - s2 * q3 + s3 * q2)
             t2 = inverse * (s0 * q2 - q0 * s2 - s3 * q1 + s1 * q3)
             t3 = inverse * (s0 * q3 - q0 * s3 - s1 * q2 + s2 * q1)
-            w1 = cv * t1 + b[(HV + 3) * LANES + i]
-            w2 = cv * t2 + b[(HV + 4) * LANES + i]
-            w3 = cv * t3 + b[(HV + 5) * LANES + i]
+            w1 = cv * t1 + s[j, (HV + 3) * LANES + i]
+            w2 = cv * t2 + s[j, (HV + 4) * LANES + i]
+            w3 = cv * t3 + s[j, (HV + 5) * LANES + i]
             p1 = r11 * o1 + r21 * o2 + r31 * o3
             p2 = r12 * o1 + r22 * o2 + r32 * o3
             p3 = r13 * o1 + r23 * o2 + r33 * o3
-            a1 = (ca * t1 - b[(HA + 3) * LANES + i] + r11 * d1 + r21 * d2 + r31 * d3
+            a1 = (ca * t1 - s[j, (HA + 3) * LANES + i] + r11 * d1 + r21 * d2 + r31 * d3
                   - w2 * p3 + w3 * p2)
-            a2 = (ca * t2 - b[(HA + 4) * LANES + i] + r12 * d1 + r22 * d2 + r32 * d3
+            a2 = (ca * t2 - s[j, (HA + 4) * LANES + i] + r12 * d1 + r22 * d2 + r32 * d3
                   - w3 * p1 + w1 * p3)
-            a3 = (ca * t3 - b[(HA + 5) * LANES + i] + r13 * d1 + r23 * d2 + r33 * d3
+            a3 = (ca * t3 - s[j, (HA + 5) * LANES + i] + r13 * d1 + r23 * d2 + r33 * d3
                   - w1 * p2 + w2 * p1)
             p1 = p1 + w1
             p2 = p2 + w2
             p3 = p3 + w3
-            i1 = b[INERTIA * LANES + i]
-            i2 = b[(INERTIA + 1) * LANES + i]
-            i3 = b[(INERTIA + 2) * LANES + i]
-            y0 = b[TORQUE * LANES + i]
-            y1 = b[(TORQUE + 1) * LANES + i]
-            y2 = b[(TORQUE + 2) * LANES + i]
-            y3 = b[(TORQUE + 3) * LANES + i]
-            b[(R + 3) * LANES + i] = (
+            i1 = s[j, INERTIA * LANES + i]
+            i2 = s[j, (INERTIA + 1) * LANES + i]
+            i3 = s[j, (INERTIA + 2) * LANES + i]
+            y0 = s[j, TORQUE * LANES + i]
+            y1 = s[j, (TORQUE + 1) * LANES + i]
+            y2 = s[j, (TORQUE + 2) * LANES + i]
+            y3 = s[j, (TORQUE + 3) * LANES + i]
+            s[j, (R + 3) * LANES + i] = (
                 -(q0 * y1 - y0 * q1 - q2 * y3 + q3 * y2)
                 - i1 * (a1 + mass_damping * (w1 - drag * r31)) - (i3 - i2) * p2 * p3)
-            b[(R + 4) * LANES + i] = (
+            s[j, (R + 4) * LANES + i] = (
                 -(q0 * y2 - y0 * q2 - q3 * y1 + q1 * y3)
                 - i2 * (a2 + mass_damping * (w2 - drag * r32)) - (i1 - i3) * p3 * p1)
-            b[(R + 5) * LANES + i] = (
+            s[j, (R + 5) * LANES + i] = (
                 -(q0 * y3 - y0 * q3 - q1 * y2 + q2 * y1)
                 - i3 * (a3 + mass_damping * (w3 - drag * r33)) - (i2 - i1) * p1 * p2)
 
@@ -164,19 +162,18 @@ def local_error(s, blocks, h, scheme):
     total = 0.0
     mass = 0.0
     for j in range(blocks):
-        b = s[j * BLOCK:(j + 1) * BLOCK]
         for i in range(LANES):
             square = 0.0
             for row in range(3):
-                u = b[(X + row) * LANES + i] - b[(X0 + row) * LANES + i]
+                u = s[j, (X + row) * LANES + i] - s[j, (X0 + row) * LANES + i]
                 change = back * (
-                    (1.0 - scheme.alpha_f) * (ca * u - b[(HA + row) * LANES + i])
-                    + scheme.alpha_f * b[(ACC0 + row) * LANES + i]
-                    - b[(A0 + row) * LANES + i])
+                    (1.0 - scheme.alpha_f) * (ca * u - s[j, (HA + row) * LANES + i])
+                    + scheme.alpha_f * s[j, (ACC0 + row) * LANES + i]
+                    - s[j, (A0 + row) * LANES + i])
                 square += change * change
-            total += b[MASS * LANES + i] * square
+            total += s[j, MASS * LANES + i] * square
             if square > 0.0:
-                mass += b[MASS * LANES + i]
+                mass += s[j, MASS * LANES + i]
     if mass == 0.0:
         return 0.0
     constant = abs(scheme.beta + 0.5 * (scheme.alpha_m - scheme.alpha_f) - 1.0 / 6.0)
@@ -191,32 +188,31 @@ def accept_step(s, blocks, h, scheme):
     cv = scheme.gamma / (scheme.beta * h)
     back = 1.0 / (1.0 - scheme.alpha_m)
     for j in range(blocks):
-        b = s[j * BLOCK:(j + 1) * BLOCK]
         for i in range(LANES):  # rotation increments
-            q0, q1, q2, q3 = (b[Q * LANES + i], b[(Q + 1) * LANES + i],
-                              b[(Q + 2) * LANES + i], b[(Q + 3) * LANES + i])
-            s0, s1, s2, s3 = (b[Q0 * LANES + i], b[(Q0 + 1) * LANES + i],
-                              b[(Q0 + 2) * LANES + i], b[(Q0 + 3) * LANES + i])
+            q0, q1, q2, q3 = (s[j, Q * LANES + i], s[j, (Q + 1) * LANES + i],
+                              s[j, (Q + 2) * LANES + i], s[j, (Q + 3) * LANES + i])
+            s0, s1, s2, s3 = (s[j, Q0 * LANES + i], s[j, (Q0 + 1) * LANES + i],
+                              s[j, (Q0 + 2) * LANES + i], s[j, (Q0 + 3) * LANES + i])
             inverse = 2.0 / (s0 * q0 + s1 * q1 + s2 * q2 + s3 * q3)
-            b[(R + 3) * LANES + i] = inverse * (s0 * q1 - q0 * s1 - s2 * q3 + s3 * q2)
-            b[(R + 4) * LANES + i] = inverse * (s0 * q2 - q0 * s2 - s3 * q1 + s1 * q3)
-            b[(R + 5) * LANES + i] = inverse * (s0 * q3 - q0 * s3 - s1 * q2 + s2 * q1)
-            b[R * LANES + i] = b[X * LANES + i] - b[X0 * LANES + i]
-            b[(R + 1) * LANES + i] = b[(X + 1) * LANES + i] - b[(X0 + 1) * LANES + i]
-            b[(R + 2) * LANES + i] = b[(X + 2) * LANES + i] - b[(X0 + 2) * LANES + i]
+            s[j, (R + 3) * LANES + i] = inverse * (s0 * q1 - q0 * s1 - s2 * q3 + s3 * q2)
+            s[j, (R + 4) * LANES + i] = inverse * (s0 * q2 - q0 * s2 - s3 * q1 + s1 * q3)
+            s[j, (R + 5) * LANES + i] = inverse * (s0 * q3 - q0 * s3 - s1 * q2 + s2 * q1)
+            s[j, R * LANES + i] = s[j, X * LANES + i] - s[j, X0 * LANES + i]
+            s[j, (R + 1) * LANES + i] = s[j, (X + 1) * LANES + i] - s[j, (X0 + 1) * LANES + i]
+            s[j, (R + 2) * LANES + i] = s[j, (X + 2) * LANES + i] - s[j, (X0 + 2) * LANES + i]
         for row in range(6):
             for i in range(LANES):
-                u = b[(R + row) * LANES + i]
-                acceleration = ca * u - b[(HA + row) * LANES + i]
-                b[(V0 + row) * LANES + i] = cv * u + b[(HV + row) * LANES + i]
-                b[(A0 + row) * LANES + i] = back * (
+                u = s[j, (R + row) * LANES + i]
+                acceleration = ca * u - s[j, (HA + row) * LANES + i]
+                s[j, (V0 + row) * LANES + i] = cv * u + s[j, (HV + row) * LANES + i]
+                s[j, (A0 + row) * LANES + i] = back * (
                     (1.0 - scheme.alpha_f) * acceleration
-                    + scheme.alpha_f * b[(ACC0 + row) * LANES + i]
-                    - scheme.alpha_m * b[(A0 + row) * LANES + i])
-                b[(ACC0 + row) * LANES + i] = acceleration
+                    + scheme.alpha_f * s[j, (ACC0 + row) * LANES + i]
+                    - scheme.alpha_m * s[j, (A0 + row) * LANES + i])
+                s[j, (ACC0 + row) * LANES + i] = acceleration
         for row in range(7):
             for i in range(LANES):
-                b[(X0 + row) * LANES + i] = b[(X + row) * LANES + i]
+                s[j, (X0 + row) * LANES + i] = s[j, (X + row) * LANES + i]
 
 
 @jit
@@ -229,8 +225,7 @@ def rescale_memory(s, blocks, ratio):
     10.1007/s11044-007-9084-0).
     """
     for j in range(blocks):
-        b = s[j * BLOCK:(j + 1) * BLOCK]
         for row in range(6):
             for i in range(LANES):
-                true = b[(ACC0 + row) * LANES + i]
-                b[(A0 + row) * LANES + i] = true + ratio * (b[(A0 + row) * LANES + i] - true)
+                true = s[j, (ACC0 + row) * LANES + i]
+                s[j, (A0 + row) * LANES + i] = true + ratio * (s[j, (A0 + row) * LANES + i] - true)

@@ -7,7 +7,7 @@ from .energy import DISSIPATED, kinetic_energy, strain_energy, WORK
 from .frame import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, OMEGA, ROTATION, SPIN, SPIN_RATE, THETA,
                     turn_frame)
 from .jit import jit
-from .layout import (BLOCK, ELEMENTS, LANES, LFORCE, LTORQUE, Q, RATE0, STRESS0, X)
+from .layout import (ELEMENTS, LANES, LFORCE, LTORQUE, Q, RATE0, STRESS0, X)
 from .stepping import own_frame
 from .tip import ESTIMATE, FORCE, GAP, IMPULSE, rotate, rotate_back
 
@@ -42,14 +42,14 @@ TOTALS = 18
 @jit
 def clamp_reaction(s, clamp):
     """Return the force and moment that the clamped node takes, brush axes, from the left rows."""
-    y0, y1, y2, y3 = (s[LTORQUE * LANES], s[(LTORQUE + 1) * LANES], s[(LTORQUE + 2) * LANES],
-                      s[(LTORQUE + 3) * LANES])
+    y0, y1, y2, y3 = (s[0, LTORQUE * LANES], s[0, (LTORQUE + 1) * LANES], s[0, (LTORQUE + 2) * LANES],
+                      s[0, (LTORQUE + 3) * LANES])
     q0, q1, q2, q3 = clamp[3], clamp[4], clamp[5], clamp[6]
     # Y conj(q) is the moment in brush axes: q (conj(q) Y) conj(q)
     m1 = -y0 * q1 + y1 * q0 - y2 * q3 + y3 * q2
     m2 = -y0 * q2 + y2 * q0 - y3 * q1 + y1 * q3
     m3 = -y0 * q3 + y3 * q0 - y1 * q2 + y2 * q1
-    return (-s[LFORCE * LANES], -s[(LFORCE + 1) * LANES], -s[(LFORCE + 2) * LANES],
+    return (-s[0, LFORCE * LANES], -s[0, (LFORCE + 1) * LANES], -s[0, (LFORCE + 2) * LANES],
             -m1, -m2, -m3)
 
 
@@ -108,16 +108,15 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
         turn_frame(frame, ca, sa, own)
         own_frame(model, state.motion, model.azimuth[bristle], t, scratch, driven)
         clamp = driven[CLAMP:]
-        b = s[block * BLOCK:(block + 1) * BLOCK]
-        x1, x2, x3 = turned(c_back, s_back, b[X * LANES + lane], b[(X + 1) * LANES + lane],
-                            b[(X + 2) * LANES + lane])
+        x1, x2, x3 = turned(c_back, s_back, s[block, X * LANES + lane], s[block, (X + 1) * LANES + lane],
+                            s[block, (X + 2) * LANES + lane])
         _put_turned(row, POSITION, ca, sa, x1, x2, x3)
         row[POSITION_ROAD], row[POSITION_ROAD + 1], row[POSITION_ROAD + 2] = rotate(
             own, ROTATION, x1, x2, x3)
         _put_turned(row, POSITION_MOUNT, c_theta, s_theta, row[POSITION], row[POSITION + 1], x3)
-        _put_turned_quaternion(row, ORIENTATION, c_half, s_half, b[Q * LANES + lane],
-                               b[(Q + 1) * LANES + lane], b[(Q + 2) * LANES + lane],
-                               b[(Q + 3) * LANES + lane])
+        _put_turned_quaternion(row, ORIENTATION, c_half, s_half, s[block, Q * LANES + lane],
+                               s[block, (Q + 1) * LANES + lane], s[block, (Q + 2) * LANES + lane],
+                               s[block, (Q + 3) * LANES + lane])
         _put_turned_quaternion(row, ORIENTATION, half_c, half_s, row[ORIENTATION + 3],
                                row[ORIENTATION], row[ORIENTATION + 1], row[ORIENTATION + 2])
         _put_turned_quaternion(row, ORIENTATION_MOUNT, cos(0.5 * theta), sin(0.5 * theta),
@@ -133,10 +132,9 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
             for j in range(model.blocks):
                 for component in range(6):
                     scale = viscosity * c[component]
-                    at = j * BLOCK + STRESS0 * LANES + component * LANES
-                    rate = j * BLOCK + RATE0 * LANES + component * LANES
                     for i in range(LANES):
-                        s[at + i] = scale * s[rate + i]
+                        s[j, (STRESS0 + component) * LANES + i] = (
+                            scale * s[j, (RATE0 + component) * LANES + i])
             internal_forces(s, model.blocks, clamp, model.section, 0.0)
             f1, f2, f3, _, _, _ = clamp_reaction(s, clamp)
             _put_turned(row, DAMPING_FORCE, c_back, s_back, f1, f2, f3)

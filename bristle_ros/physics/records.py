@@ -32,8 +32,8 @@ class Model(NamedTuple):
 class State(NamedTuple):
     """What a step changes, in place; all of it decides what the next step does."""
 
-    nodes: np.ndarray           # (B, blocks * BLOCK) layout.py
-    chain: np.ndarray           # (B, elements * RECORD) chain.py: the frozen matrix
+    nodes: np.ndarray           # (B, blocks, BLOCK) layout.py
+    chain: np.ndarray           # (B, elements, RECORD) chain.py: the frozen matrix
     tip: np.ndarray             # (B, TIP) tip.py
     counts: np.ndarray          # (B, COUNTS) int64, running counts of stepping.py
     motion: np.ndarray          # (MOTION,) frame.py: the ramps that commands change
@@ -49,5 +49,5 @@ class Scratch(NamedTuple):
     frames: np.ndarray          # (3, FRAME)
     frame: np.ndarray           # (FRAME,)
     basics: np.ndarray          # (2, 13)
-    saved: np.ndarray           # (blocks * BLOCK,)
+    saved: np.ndarray           # (blocks, BLOCK)
     saved_tip: np.ndarray       # (TIP,)

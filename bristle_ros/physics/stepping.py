@@ -9,17 +9,17 @@ that integration step. All decisions depend on the state alone, so a run repeats
 from math import sqrt
 
 from .beam import accept_damping, internal_forces, predict_damping
-from .chain import (CORNER, eliminate, factorise, load_residual, MID, OK, RECORD, substitute)
+from .chain import eliminate, factorise, load_residual, OK, store_increments, substitute
 from .energy import account_step, DISSIPATED
 from .frame import CLAMP, drive_clamp, frame_at, SPIN, SPIN_RATE, turn_frame
 from .jit import jit
-from .layout import BLOCK, ELEMENTS, LANES, Q, X, X0
+from .layout import ELEMENTS, LANES, Q, R, X, X0
 from .loads import accept_step, begin_step, local_error, rescale_memory, residual
 from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, finish_contact, FORCE,
-                  IMPULSE, LEVEL, MATRIX_STEP, STEP)
+                  GAP, IMPULSE, LEVEL, MATRIX_STEP, STATE, STEP)
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
-SLOW = 0.1              # contraction above which the matrix is factorised anew
+SLOW = 0.4              # contraction above which the matrix is factorised anew
 EASY = 5                # iterations up to which a sub-step may become longer again
 DEEPEST = 14            # halvings of the integration step
 FINEST = 10             # halvings that the error estimate may ask for
@@ -41,31 +41,29 @@ COUNTS = 4
 
 
 @jit
-def move_nodes(s, elements, element_length, chain):
-    """Apply the increments in the records; return the largest, relative to length and 1 rad."""
+def move_nodes(s, blocks, element_length):
+    """Apply the increments in the residual rows; return the largest, to element length and 1 rad."""
     largest = 0.0
     inverse = 1.0 / element_length
-    for e in range(elements):
-        b = s[(e // ELEMENTS) * BLOCK:(e // ELEMENTS + 1) * BLOCK]
-        record = chain[e * RECORD:(e + 1) * RECORD]
-        for node in range(2):
-            lane = e % ELEMENTS + ELEMENTS * node
-            at = MID + (CORNER - MID) * node
-            u1, u2, u3 = record[at], record[at + 1], record[at + 2]
-            t1, t2, t3 = record[at + 3], record[at + 4], record[at + 5]
-            largest = max(largest, max(max(abs(u1), abs(u2)), abs(u3)) * inverse,
-                          max(max(abs(t1), abs(t2)), abs(t3)))
-            if not (u1 * u1 + u2 * u2 + u3 * u3 + t1 * t1 + t2 * t2 + t3 * t3) < 1e30:
-                return 1e30
-            q0, q1, q2, q3 = (b[Q * LANES + lane], b[(Q + 1) * LANES + lane],
-                              b[(Q + 2) * LANES + lane], b[(Q + 3) * LANES + lane])
-            b[X * LANES + lane] += ((1.0 - 2.0 * (q2 * q2 + q3 * q3)) * u1
+    for j in range(blocks):
+        for i in range(LANES):
+            u1, u2, u3 = s[j, R * LANES + i], s[j, (R + 1) * LANES + i], s[j, (R + 2) * LANES + i]
+            t1 = s[j, (R + 3) * LANES + i]
+            t2 = s[j, (R + 4) * LANES + i]
+            t3 = s[j, (R + 5) * LANES + i]
+            q0 = s[j, Q * LANES + i]
+            q1 = s[j, (Q + 1) * LANES + i]
+            q2 = s[j, (Q + 2) * LANES + i]
+            q3 = s[j, (Q + 3) * LANES + i]
+            s[j, R * LANES + i] = inverse * inverse * (u1 * u1 + u2 * u2 + u3 * u3) + (
+                t1 * t1 + t2 * t2 + t3 * t3)
+            s[j, X * LANES + i] += ((1.0 - 2.0 * (q2 * q2 + q3 * q3)) * u1
                                     + 2.0 * (q1 * q2 - q0 * q3) * u2
                                     + 2.0 * (q1 * q3 + q0 * q2) * u3)
-            b[(X + 1) * LANES + lane] += (2.0 * (q1 * q2 + q0 * q3) * u1
+            s[j, (X + 1) * LANES + i] += (2.0 * (q1 * q2 + q0 * q3) * u1
                                           + (1.0 - 2.0 * (q1 * q1 + q3 * q3)) * u2
                                           + 2.0 * (q2 * q3 - q0 * q1) * u3)
-            b[(X + 2) * LANES + lane] += (2.0 * (q1 * q3 - q0 * q2) * u1
+            s[j, (X + 2) * LANES + i] += (2.0 * (q1 * q3 - q0 * q2) * u1
                                           + 2.0 * (q2 * q3 + q0 * q1) * u2
                                           + (1.0 - 2.0 * (q1 * q1 + q2 * q2)) * u3)
             t1, t2, t3 = 0.5 * t1, 0.5 * t2, 0.5 * t3
@@ -74,11 +72,15 @@ def move_nodes(s, elements, element_length, chain):
             p2 = q2 + q0 * t2 + q3 * t1 - q1 * t3
             p3 = q3 + q0 * t3 + q1 * t2 - q2 * t1
             n = 1.0 / sqrt(p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
-            b[Q * LANES + lane] = p0 * n
-            b[(Q + 1) * LANES + lane] = p1 * n
-            b[(Q + 2) * LANES + lane] = p2 * n
-            b[(Q + 3) * LANES + lane] = p3 * n
-    return largest
+            s[j, Q * LANES + i] = p0 * n
+            s[j, (Q + 1) * LANES + i] = p1 * n
+            s[j, (Q + 2) * LANES + i] = p2 * n
+            s[j, (Q + 3) * LANES + i] = p3 * n
+        for i in range(LANES):
+            if not s[j, R * LANES + i] < 1e29:
+                return 1e30
+            largest = max(largest, s[j, R * LANES + i])
+    return sqrt(largest)
 
 
 @jit
@@ -97,8 +99,6 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
     blocks = model.blocks
     block = (elements - 1) // ELEMENTS
     lane = ELEMENTS + (elements - 1) % ELEMENTS
-    b = s[block * BLOCK:(block + 1) * BLOCK]
-    last = chain[(elements - 1) * RECORD:elements * RECORD]
     end = frames[2]
     if tip[STEP] != h and tip[STEP] > 0.0:
         rescale_memory(s, blocks, h / tip[STEP])
@@ -113,8 +113,9 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
         factor = 1.0 + viscosity * cv
         predict_damping(s, blocks, model.section, viscosity, cv, keep, drift)
     old1, old2, old3 = tip[FORCE], tip[FORCE + 1], tip[FORCE + 2]
+    old_state, old_gap = tip[STATE], tip[GAP]
     if law is not None:
-        begin_contact(b, lane, ca, drift, h, frames[1], tip)
+        begin_contact(s, block, lane, ca, drift, h, frames[1], tip)
 
     refresh = tip[MATRIX_STEP] != h
     rate = tip[CONTRACTION]
@@ -136,11 +137,12 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
         load_residual(s, elements, chain)
         eliminate(chain, elements)
         if law is not None:
-            contact_correction(b, lane, last, law, h, ca, drift,
+            contact_correction(s, block, lane, chain, elements - 1, law, h, ca, drift,
                                0.5 * ca * h * h - model.mass_damping * drift,
                                frames[0], frames[1], end, tip, scratch.contact)
         substitute(chain, elements)
-        size = move_nodes(s, elements, model.section.element_length, chain)
+        store_increments(s, elements, chain)
+        size = move_nodes(s, blocks, model.section.element_length)
         counts[NEWTON] += 1
         if not size < 1e29:
             status = NOT_FINITE
@@ -165,6 +167,7 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
     if status != OK:
         tip[MATRIX_STEP] = 0.0
         tip[FORCE], tip[FORCE + 1], tip[FORCE + 2] = old1, old2, old3
+        tip[STATE], tip[GAP] = old_state, old_gap
         if status != TOO_INACCURATE:
             counts[FAILURES] += 1
         return status
@@ -181,7 +184,7 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
                        1.0 / (scheme.beta * h), 0.5 / scheme.beta - 1.0)
     accept_step(s, blocks, h, scheme)
     if law is not None:
-        lost = finish_contact(b, lane, law, h, end, tip)
+        lost = finish_contact(s, block, lane, law, h, end, tip)
         for i in range(3):
             tip[IMPULSE + i] += h * tip[FORCE + i]
         audit[DISSIPATED] += lost
@@ -205,9 +208,9 @@ def own_frame(model, motion, azimuth, t, scratch, frame):
 
 @jit
 def keep_copy(source, into):
-    """Copy one flat array into another."""
+    """Copy one array into another."""
     for i in range(source.size):
-        into[i] = source[i]
+        into.flat[i] = source.flat[i]
 
 
 @jit
@@ -253,7 +256,7 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, chain, tip, cou
     tip[MATRIX_STEP] = 0.0
     for j in range(model.blocks):
         for i in range(7 * LANES):
-            s[j * BLOCK + X * LANES + i] = s[j * BLOCK + X0 * LANES + i]
+            s[j, X * LANES + i] = s[j, X0 * LANES + i]
     return status
 
 

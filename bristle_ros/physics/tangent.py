@@ -18,7 +18,7 @@ import numpy as np
 
 from .beam import D_FAR, D_MID, D_NEAR, N_FAR, N_MID, N_NEAR, stiffness
 from .jit import jit
-from .layout import BLOCK, DP, DX, ELEMENTS, LANES, LQ, P, Q, STRESS, WEIGHT
+from .layout import DP, DX, ELEMENTS, LANES, LQ, P, Q, STRESS, WEIGHT
 
 HESSIAN = 0                     # 11 x 11
 FIRST = HESSIAN + 121           # 6 x 11, E
@@ -46,18 +46,18 @@ def _cross_into(a, at, stride, factor, v1, v2, v3):
 
 
 @jit
-def _point_hessian(b, lane, c_material, a):
-    """Fill HESSIAN for the Gauss point in `lane` of block `b`."""
-    p0, p1, p2, p3 = (b[P * LANES + lane], b[(P + 1) * LANES + lane],
-                      b[(P + 2) * LANES + lane], b[(P + 3) * LANES + lane])
-    d0, d1, d2, d3 = (b[DP * LANES + lane], b[(DP + 1) * LANES + lane],
-                      b[(DP + 2) * LANES + lane], b[(DP + 3) * LANES + lane])
+def _point_hessian(nodes, block, lane, c_material, a):
+    """Fill HESSIAN for the Gauss point in `lane` of the block."""
+    p0, p1, p2, p3 = (nodes[block, P * LANES + lane], nodes[block, (P + 1) * LANES + lane],
+                      nodes[block, (P + 2) * LANES + lane], nodes[block, (P + 3) * LANES + lane])
+    d0, d1, d2, d3 = (nodes[block, DP * LANES + lane], nodes[block, (DP + 1) * LANES + lane],
+                      nodes[block, (DP + 2) * LANES + lane], nodes[block, (DP + 3) * LANES + lane])
     inverse = 1.0 / (p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
     k0 = (p0 * d0 + p1 * d1 + p2 * d2 + p3 * d3) * inverse
     k1 = (p0 * d1 - d0 * p1 - p2 * d3 + p3 * d2) * inverse
     k2 = (p0 * d2 - d0 * p2 - p3 * d1 + p1 * d3) * inverse
     k3 = (p0 * d3 - d0 * p3 - p1 * d2 + p2 * d1) * inverse
-    x1, x2, x3 = b[DX * LANES + lane], b[(DX + 1) * LANES + lane], b[(DX + 2) * LANES + lane]
+    x1, x2, x3 = nodes[block, DX * LANES + lane], nodes[block, (DX + 1) * LANES + lane], nodes[block, (DX + 2) * LANES + lane]
     two = 2.0 * inverse
     c1 = (x1 * (1.0 - two * (p2 * p2 + p3 * p3)) + x2 * two * (p1 * p2 + p0 * p3)
           + x3 * two * (p1 * p3 - p0 * p2))
@@ -65,10 +65,10 @@ def _point_hessian(b, lane, c_material, a):
           + x3 * two * (p2 * p3 + p0 * p1))
     c3 = (x1 * two * (p1 * p3 + p0 * p2) + x2 * two * (p2 * p3 - p0 * p1)
           + x3 * (1.0 - two * (p1 * p1 + p2 * p2)))
-    n1, n2, n3 = (b[STRESS * LANES + lane], b[(STRESS + 1) * LANES + lane],
-                  b[(STRESS + 2) * LANES + lane])
-    m1, m2, m3 = (b[(STRESS + 3) * LANES + lane], b[(STRESS + 4) * LANES + lane],
-                  b[(STRESS + 5) * LANES + lane])
+    n1, n2, n3 = (nodes[block, STRESS * LANES + lane], nodes[block, (STRESS + 1) * LANES + lane],
+                  nodes[block, (STRESS + 2) * LANES + lane])
+    m1, m2, m3 = (nodes[block, (STRESS + 3) * LANES + lane], nodes[block, (STRESS + 4) * LANES + lane],
+                  nodes[block, (STRESS + 5) * LANES + lane])
     for i in range(66):
         a[FIRST + i] = 0.0
     for i in range(3):
@@ -116,10 +116,10 @@ def _point_hessian(b, lane, c_material, a):
 
 
 @jit
-def _relative_rotation(b, lane, inverse, q0, q1, q2, q3, a, node):
+def _relative_rotation(nodes, block, lane, inverse, q0, q1, q2, q3, a, node):
     """Fill TURN and SPIN of `node`, whose quaternion is q, seen from the Gauss point in `lane`."""
-    p0, p1, p2, p3 = (b[P * LANES + lane], b[(P + 1) * LANES + lane],
-                      b[(P + 2) * LANES + lane], b[(P + 3) * LANES + lane])
+    p0, p1, p2, p3 = (nodes[block, P * LANES + lane], nodes[block, (P + 1) * LANES + lane],
+                      nodes[block, (P + 2) * LANES + lane], nodes[block, (P + 3) * LANES + lane])
     s = (p0 * q0 + p1 * q1 + p2 * q2 + p3 * q3) * inverse
     v1 = (p0 * q1 - q0 * p1 - p2 * q3 + p3 * q2) * inverse
     v2 = (p0 * q2 - q0 * p2 - p3 * q1 + p1 * q3) * inverse
@@ -177,9 +177,9 @@ def _add_pairs(a, weight, shapes, slopes):
 
 
 @jit
-def element_tangent(b, element, section, factor, a):
+def element_tangent(nodes, block, element, section, factor, a):
     """
-    Fill ELEMENT of the scratch array `a` with the tangent of `element` (0-3) of block `b`.
+    Fill ELEMENT of the scratch array `a` with the tangent of `element` (0-3) of the block.
 
     Rows and columns: (displacement, rotation) of left, mid and right node, section axes each. It is
     the derivative of FORCE turned into the nodes' axes and of the moment at fixed TORQUE frame;
@@ -195,25 +195,25 @@ def element_tangent(b, element, section, factor, a):
     scale = 2.0 / section.element_length
     for point in range(2):
         lane = element + ELEMENTS * point
-        _point_hessian(b, lane, material, a)
+        _point_hessian(nodes, block, lane, material, a)
         inverse = 0.0
         for row in range(4):
-            inverse += b[(P + row) * LANES + lane] ** 2
+            inverse += nodes[block, (P + row) * LANES + lane] ** 2
         inverse = 1.0 / inverse
-        _relative_rotation(b, lane, inverse, b[LQ * LANES + element],
-                           b[(LQ + 1) * LANES + element], b[(LQ + 2) * LANES + element],
-                           b[(LQ + 3) * LANES + element], a, 0)
+        _relative_rotation(nodes, block, lane, inverse, nodes[block, LQ * LANES + element],
+                           nodes[block, (LQ + 1) * LANES + element], nodes[block, (LQ + 2) * LANES + element],
+                           nodes[block, (LQ + 3) * LANES + element], a, 0)
         for node in range(1, 3):
             at = element + ELEMENTS * (node - 1)
-            _relative_rotation(b, lane, inverse, b[Q * LANES + at], b[(Q + 1) * LANES + at],
-                               b[(Q + 2) * LANES + at], b[(Q + 3) * LANES + at], a, node)
+            _relative_rotation(nodes, block, lane, inverse, nodes[block, Q * LANES + at], nodes[block, (Q + 1) * LANES + at],
+                               nodes[block, (Q + 2) * LANES + at], nodes[block, (Q + 3) * LANES + at], a, node)
         if point == 0:
             shapes = (N_NEAR, N_MID, N_FAR)
             slopes = (scale * D_NEAR, scale * D_MID, scale * D_FAR)
         else:
             shapes = (N_FAR, N_MID, N_NEAR)
             slopes = (-scale * D_FAR, -scale * D_MID, -scale * D_NEAR)
-        _add_pairs(a, b[WEIGHT * LANES + lane], shapes, slopes)
+        _add_pairs(a, nodes[block, WEIGHT * LANES + lane], shapes, slopes)
 
 
 @jit

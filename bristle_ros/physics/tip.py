@@ -36,45 +36,47 @@ def rotate_back(a, at, x, y, z):
 
 
 @jit
-def push(b, lane, ca, drift, h, f1, f2, f3):
+def push(s, j, lane, ca, drift, h, f1, f2, f3):
     """Add the change of the contact force (brush axes) to the tip's histories."""
-    inverse = 1.0 / b[MASS * LANES + lane]
+    inverse = 1.0 / s[j, MASS * LANES + lane]
     by_a = 0.5 * ca * h * h * inverse
     by_v = drift * inverse
-    b[HA * LANES + lane] += by_a * f1
-    b[(HA + 1) * LANES + lane] += by_a * f2
-    b[(HA + 2) * LANES + lane] += by_a * f3
-    b[HV * LANES + lane] += by_v * f1
-    b[(HV + 1) * LANES + lane] += by_v * f2
-    b[(HV + 2) * LANES + lane] += by_v * f3
+    s[j, HA * LANES + lane] += by_a * f1
+    s[j, (HA + 1) * LANES + lane] += by_a * f2
+    s[j, (HA + 2) * LANES + lane] += by_a * f3
+    s[j, HV * LANES + lane] += by_v * f1
+    s[j, (HV + 1) * LANES + lane] += by_v * f2
+    s[j, (HV + 2) * LANES + lane] += by_v * f3
 
 
 @jit
-def begin_contact(b, lane, ca, drift, h, middle, tip):
+def begin_contact(s, j, lane, ca, drift, h, middle, tip):
     """Let the last step's contact force act in the prediction: in steady contact it stays."""
     if tip[STATE] != OPEN:
         f1, f2, f3 = rotate_back(middle, ROTATION, tip[FORCE], tip[FORCE + 1], tip[FORCE + 2])
-        push(b, lane, ca, drift, h, f1, f2, f3)
-        scale = 0.5 * h * h / b[MASS * LANES + lane]
-        b[X * LANES + lane] += scale * f1
-        b[(X + 1) * LANES + lane] += scale * f2
-        b[(X + 2) * LANES + lane] += scale * f3
+        push(s, j, lane, ca, drift, h, f1, f2, f3)
+        scale = 0.5 * h * h / s[j, MASS * LANES + lane]
+        s[j, X * LANES + lane] += scale * f1
+        s[j, (X + 1) * LANES + lane] += scale * f2
+        s[j, (X + 2) * LANES + lane] += scale * f3
 
 
 @jit
-def contact_correction(b, lane, record, law, h, ca, drift, gain, start, middle, end, tip, scratch):
+def contact_correction(s, j, lane, chain, e, law, h, ca, drift, gain, start, middle, end, tip,
+                       scratch):
     """
     Solve the contact problem in the tip's compliance and add the force's change to the last block.
 
-    b, lane : block and lane of the tip;  record : the last element's, after `eliminate`
+    s, j, lane : the bristle, block and lane of the tip
+    chain, e : records, after `eliminate`, and the last element
     gain : float               residual per unit of contact force, ca h^2 / 2 - alpha_D drift
     start, middle, end : (FRAME,)   frame records of the step
     scratch : (5, 3)           compliance, base and force
     The tip's prediction and compliance are exact for the linearised chain, the rotations those of
     the step's end (for displacements) and middle (for the force).
     """
-    q0, q1, q2, q3 = (b[Q * LANES + lane], b[(Q + 1) * LANES + lane],
-                      b[(Q + 2) * LANES + lane], b[(Q + 3) * LANES + lane])
+    q0, q1, q2, q3 = (s[j, Q * LANES + lane], s[j, (Q + 1) * LANES + lane],
+                      s[j, (Q + 2) * LANES + lane], s[j, (Q + 3) * LANES + lane])
     axes = ((1.0 - 2.0 * (q2 * q2 + q3 * q3), 2.0 * (q1 * q2 - q0 * q3),
              2.0 * (q1 * q3 + q0 * q2)),
             (2.0 * (q1 * q2 + q0 * q3), 1.0 - 2.0 * (q1 * q1 + q3 * q3),
@@ -85,14 +87,14 @@ def contact_correction(b, lane, record, law, h, ca, drift, gain, start, middle, 
     for i in range(3):
         total = 0.0
         for k in range(6):
-            total += record[INVERSE + 8 * k + i] * record[CORNER + k]
+            total += chain[e, INVERSE + 8 * k + i] * chain[e, CORNER + k]
         u[i] = total
-    x1 = b[X * LANES + lane] + axes[0][0] * u[0] + axes[0][1] * u[1] + axes[0][2] * u[2]
-    x2 = b[(X + 1) * LANES + lane] + axes[1][0] * u[0] + axes[1][1] * u[1] + axes[1][2] * u[2]
-    x3 = b[(X + 2) * LANES + lane] + axes[2][0] * u[0] + axes[2][1] * u[1] + axes[2][2] * u[2]
+    x1 = s[j, X * LANES + lane] + axes[0][0] * u[0] + axes[0][1] * u[1] + axes[0][2] * u[2]
+    x2 = s[j, (X + 1) * LANES + lane] + axes[1][0] * u[0] + axes[1][1] * u[1] + axes[1][2] * u[2]
+    x3 = s[j, (X + 2) * LANES + lane] + axes[2][0] * u[0] + axes[2][1] * u[1] + axes[2][2] * u[2]
     p1, p2, p3 = rotate(end, ROTATION, x1, x2, x3)
-    o1, o2, o3 = rotate(start, ROTATION, b[X0 * LANES + lane], b[(X0 + 1) * LANES + lane],
-                        b[(X0 + 2) * LANES + lane])
+    o1, o2, o3 = rotate(start, ROTATION, s[j, X0 * LANES + lane], s[j, (X0 + 1) * LANES + lane],
+                        s[j, (X0 + 2) * LANES + lane])
     w = scratch[:3]
     for col in range(3):
         # unit force along road axis `col` -> section axes -> displacement -> road axes
@@ -102,9 +104,9 @@ def contact_correction(b, lane, record, law, h, ca, drift, gain, start, middle, 
         s1 = gain * (axes[0][0] * f1 + axes[1][0] * f2 + axes[2][0] * f3)
         s2 = gain * (axes[0][1] * f1 + axes[1][1] * f2 + axes[2][1] * f3)
         s3 = gain * (axes[0][2] * f1 + axes[1][2] * f2 + axes[2][2] * f3)
-        d1 = record[INVERSE] * s1 + record[INVERSE + 8] * s2 + record[INVERSE + 16] * s3
-        d2 = record[INVERSE + 1] * s1 + record[INVERSE + 9] * s2 + record[INVERSE + 17] * s3
-        d3 = record[INVERSE + 2] * s1 + record[INVERSE + 10] * s2 + record[INVERSE + 18] * s3
+        d1 = chain[e, INVERSE] * s1 + chain[e, INVERSE + 8] * s2 + chain[e, INVERSE + 16] * s3
+        d2 = chain[e, INVERSE + 1] * s1 + chain[e, INVERSE + 9] * s2 + chain[e, INVERSE + 17] * s3
+        d3 = chain[e, INVERSE + 2] * s1 + chain[e, INVERSE + 10] * s2 + chain[e, INVERSE + 18] * s3
         w[0, col], w[1, col], w[2, col] = rotate(
             end, ROTATION, axes[0][0] * d1 + axes[0][1] * d2 + axes[0][2] * d3,
             axes[1][0] * d1 + axes[1][1] * d2 + axes[1][2] * d3,
@@ -127,14 +129,14 @@ def contact_correction(b, lane, record, law, h, ca, drift, gain, start, middle, 
     tip[GAP] = tip[SLIP_MOVED + 2]
     tip[SLIP_MOVED + 2] -= gap0
     f1, f2, f3 = rotate_back(middle, ROTATION, force[0] - g1, force[1] - g2, force[2] - g3)
-    push(b, lane, ca, drift, h, f1, f2, f3)
-    record[CORNER] += gain * (axes[0][0] * f1 + axes[1][0] * f2 + axes[2][0] * f3)
-    record[CORNER + 1] += gain * (axes[0][1] * f1 + axes[1][1] * f2 + axes[2][1] * f3)
-    record[CORNER + 2] += gain * (axes[0][2] * f1 + axes[1][2] * f2 + axes[2][2] * f3)
+    push(s, j, lane, ca, drift, h, f1, f2, f3)
+    chain[e, CORNER] += gain * (axes[0][0] * f1 + axes[1][0] * f2 + axes[2][0] * f3)
+    chain[e, CORNER + 1] += gain * (axes[0][1] * f1 + axes[1][1] * f2 + axes[2][1] * f3)
+    chain[e, CORNER + 2] += gain * (axes[0][2] * f1 + axes[1][2] * f2 + axes[2][2] * f3)
 
 
 @jit
-def finish_contact(b, lane, law, h, end, tip):
+def finish_contact(s, j, lane, law, h, end, tip):
     """
     Stop the tip where the contact holds it at the step's end: a plastic impact of the tip's mass.
 
@@ -148,15 +150,15 @@ def finish_contact(b, lane, law, h, end, tip):
     normal = tip[FORCE + 2]
     if law.stiffness == 0.0 and normal <= 0.0:
         return 0.0
-    x1, x2, x3 = b[X0 * LANES + lane], b[(X0 + 1) * LANES + lane], b[(X0 + 2) * LANES + lane]
+    x1, x2, x3 = s[j, X0 * LANES + lane], s[j, (X0 + 1) * LANES + lane], s[j, (X0 + 2) * LANES + lane]
     o1, o2, o3 = end[SPIN], end[SPIN + 1], end[SPIN + 2]
-    r1, r2, r3 = rotate(end, ROTATION, b[V0 * LANES + lane] + o2 * x3 - o3 * x2,
-                        b[(V0 + 1) * LANES + lane] + o3 * x1 - o1 * x3,
-                        b[(V0 + 2) * LANES + lane] + o1 * x2 - o2 * x1)
+    r1, r2, r3 = rotate(end, ROTATION, s[j, V0 * LANES + lane] + o2 * x3 - o3 * x2,
+                        s[j, (V0 + 1) * LANES + lane] + o3 * x1 - o1 * x3,
+                        s[j, (V0 + 2) * LANES + lane] + o1 * x2 - o2 * x1)
     r1 += end[VELOCITY]
     r2 += end[VELOCITY + 1]
     r3 += end[HEIGHT_RATE]
-    by = b[MASS * LANES + lane] / h
+    by = s[j, MASS * LANES + lane] / h
     p1 = p2 = p3 = 0.0
     if law.stiffness == 0.0:
         p3 = max(-by * r3, -normal)
@@ -189,7 +191,7 @@ def finish_contact(b, lane, law, h, end, tip):
     tip[FORCE + 1] += p2
     tip[FORCE + 2] += p3
     v1, v2, v3 = rotate_back(end, ROTATION, p1 / by, p2 / by, p3 / by)
-    b[V0 * LANES + lane] += v1
-    b[(V0 + 1) * LANES + lane] += v2
-    b[(V0 + 2) * LANES + lane] += v3
+    s[j, V0 * LANES + lane] += v1
+    s[j, (V0 + 1) * LANES + lane] += v2
+    s[j, (V0 + 2) * LANES + lane] += v3
     return lost
