@@ -5,7 +5,7 @@ import re
 from setuptools import find_packages, setup
 
 package_name = 'bristle_ros'
-verbs = ['brush_node', 'simulate', 'static', 'replay', 'recover', 'report', 'bench']
+verbs = ['brush_node', 'simulate', 'static', 'replay', 'recover', 'plot', 'report', 'bench']
 
 with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), package_name, '__init__.py'),
           encoding='utf-8') as file:

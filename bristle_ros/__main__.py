@@ -19,6 +19,7 @@ VERBS = {
     'static': ('statics', "a scene's static equilibrium"),
     'replay': ('replay', 'publish a log again, or verify it by simulating it again'),
     'recover': ('recover', 'make a complete log out of one that was cut off'),
+    'plot': ('plot', 'draw a log, or the arrays of simulate, to one page of figures'),
     'report': ('report', 'accuracy against run time, stability, cost of each feature: a page'),
     'bench': ('bench', "a scene's run times, as JSON"),
     'scene': ('scene_verb', 'list every key of a scene, or check a scene file'),
@@ -105,6 +106,7 @@ simulate = _entry_point('simulate')
 static = _entry_point('static')
 replay = _entry_point('replay')
 recover = _entry_point('recover')
+plot = _entry_point('plot')
 report = _entry_point('report')
 bench = _entry_point('bench')
 
