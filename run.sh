@@ -1,6 +1,18 @@
 #!/bin/sh
-# Starts the node on the default scene; sets up .venv in this checkout first, where that is missing.
-#   ./run.sh [ROS arguments]      for example: ./run.sh -p run.real_time_factor:=0.5
+# Starts the node on the default scene, or any verb or script, in an environment of this checkout,
+# which is set up first where it is missing.
+case "${1:-}" in
+    -h | --help)
+        cat <<'HELP'
+usage: ./run.sh [ROS arguments]   the node on config/cutting_brush.yaml, for example
+                                  ./run.sh -p log.path:=run1 -p run.real_time_factor:=0.5
+       ./run.sh VERB ...          a verb; ./run.sh VERB --help tells its arguments:
+                                  brush_node simulate static replay recover plot report bench scene
+       ./run.sh FILE.py ...       a Python script that may use rclpy and bristle_ros
+HELP
+        exit 0
+        ;;
+esac
 here=$(cd "$(dirname "$0")" && pwd)
 . "$here/tools/venv.sh"
 cd_back=$PWD
@@ -8,9 +20,13 @@ cd "$here" || exit 2
 prepare_venv stamp-run requirements.txt
 cd "$cd_back" || exit 2
 export PYTHONPATH="$here"
+# exec: what runs gets the signals, not a shell.
 case "${1:-}" in
-    -h | --help) exec "$python" -m bristle_ros brush_node --help ;;
+    *.py) exec "$python" "$@" ;;
+    '' | -*)
+        echo "bristle_ros: starting config/cutting_brush.yaml; Ctrl-C ends it" >&2
+        exec "$python" -m bristle_ros brush_node --ros-args \
+            --params-file "$here/config/cutting_brush.yaml" "$@"
+        ;;
+    *) exec "$python" -m bristle_ros "$@" ;;
 esac
-# exec: the node gets the signals, not a shell.
-exec "$python" -m bristle_ros brush_node --ros-args \
-    --params-file "$here/config/cutting_brush.yaml" "$@"

@@ -246,7 +246,8 @@ class BrushNode(LifecycleNode):
         self.watched = True
         driver = self._driver
         if driver is None or not self._pacing:
-            return ''
+            # `quiet` is while the node brings itself up.
+            return 'compiling what is not in the cache yet: up to a minute' if self.quiet else ''
         forces, self.normal_force = self.normal_force, []
         torques, self.torque = self.torque, []
         n = max(1, min(len(forces), len(torques)))

@@ -36,7 +36,9 @@ prepare_venv() {
     # The interpreter is part of the stamp: a system upgrade may put another one behind the link.
     if [ "$(cat "$stamp" 2>/dev/null)" != "$wanted $(readlink -f "$python")" ]; then
         base=$(find_python) || exit 2
-        echo "bristle_ros: setting up $here/.venv with $base (once, some minutes)" >&2
+        echo "bristle_ros: setting up $here/.venv with $base: downloads some packages," \
+            "once; a minute or more" >&2
+        began=$(date +%s)
         "$python" -c 'import pip' 2>/dev/null || rm -rf "$here/.venv"
         [ -d "$here/.venv" ] || "$base" -m venv "$here/.venv" || exit 2
         : > "$here/.venv/COLCON_IGNORE"
@@ -44,12 +46,14 @@ prepare_venv() {
         for file in "$@"; do
             options="$options --requirement $file"
         done
+        # Twice quiet: errors, but not what old versions of pip say about old ways of packaging.
         # Names of requirement files hold no spaces, and are relative to the checkout.
-        (cd "$here" && "$python" -m pip install --quiet --disable-pip-version-check $options) || {
+        (cd "$here" && "$python" -m pip install --quiet --quiet --disable-pip-version-check $options) || {
             echo "bristle_ros: pip could not install $*: is a package index reachable?" >&2
             exit 2
         }
         echo "$wanted $(readlink -f "$python")" > "$stamp"
+        echo "bristle_ros: installed in $(($(date +%s) - began)) s" >&2
     fi
     # What the wheels do not set: where messages lie, and the one middleware there is a wheel of.
     export AMENT_PREFIX_PATH="$here/.venv" RMW_IMPLEMENTATION=rmw_fastrtps_cpp
