@@ -25,8 +25,10 @@ def turn(vector):
 
 def matrix(q):
     """Return the rotation matrix of a unit quaternion."""
-    return np.array([product(product(q, np.concatenate(([0.0], axis))), q * [1, -1, -1, -1])[1:]
-                     for axis in np.eye(3)]).T
+    w, x, y, z = q
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
 
 
 class Beam:
@@ -40,7 +42,7 @@ class Beam:
         self.elements = (len(nodes) - 1) // 2
         self.blocks = layout.block_count(self.elements)
         self.section = section
-        self.s = np.zeros(self.blocks * layout.BLOCK)
+        self.s = np.zeros((self.blocks, layout.BLOCK))
         self.rows = self.s.reshape(self.blocks, layout.ROWS, layout.LANES)
         self.rows[:, layout.Q] = self.rows[:, layout.Q0] = 1.0
         self.rows[:, layout.MASS] = self.rows[:, layout.INERTIA:layout.INERTIA + 3] = 1.0
@@ -53,9 +55,17 @@ class Beam:
     def place(self, nodes):
         """Move the nodes and evaluate the internal forces."""
         self.nodes = list(nodes)
-        for n, (position, quaternion) in enumerate(self.nodes[1:], 1):
-            self.at(n, layout.X, 3)[:] = position
-            self.at(n, layout.Q, 4)[:] = quaternion
+        for n in range(1, len(nodes)):
+            self.put(n, nodes[n])
+        self.evaluate()
+
+    def put(self, node, value):
+        """Move one node to (position, quaternion)."""
+        self.nodes[node] = value
+        self.at(node, layout.X, 3)[:], self.at(node, layout.Q, 4)[:] = value
+
+    def evaluate(self):
+        """Evaluate strains and internal forces."""
         internal_forces(self.s, self.blocks, np.concatenate(self.nodes[0]), self.section, 1.0)
 
     def at(self, node, row, count):
@@ -68,13 +78,6 @@ class Beam:
         """Return rows of the Gauss points that count: (2 * elements, count)."""
         used = self.rows[:, layout.WEIGHT] > 0.0
         return np.moveaxis(self.rows[:, row:row + count], 1, 2)[used]
-
-    def moved(self, node, increment):
-        """Return the nodes with one moved by (displacement, rotation) in its own axes."""
-        nodes = list(self.nodes)
-        x, q = nodes[node]
-        nodes[node] = (x + matrix(q) @ increment[:3], product(q, turn(increment[3:])))
-        return nodes
 
     def energy(self):
         """Return the strain energy [J]."""
@@ -94,18 +97,19 @@ class Beam:
 
 def derivative(beam, function, step=1e-6):
     """Return the central difference of function() by each node's increment in its own axes."""
-    start = beam.nodes
     columns = []
-    for node in range(1, len(start)):
+    for node in range(1, len(beam.nodes)):
+        x, q = beam.nodes[node]
+        axes = matrix(q)
         for i in range(6):
-            change = np.zeros(6)
-            change[i] = step
-            beam.place(beam.moved(node, change))
-            up = function()
-            beam.place(start)
-            beam.place(beam.moved(node, -change))
-            columns.append((up - function()) / (2.0 * step))
-            beam.place(start)
+            sides = []
+            for change in (step * np.eye(6)[i], -step * np.eye(6)[i]):
+                beam.put(node, (x + axes @ change[:3], product(q, turn(change[3:]))))
+                beam.evaluate()
+                sides.append(function())
+            columns.append((sides[0] - sides[1]) / (2.0 * step))
+        beam.put(node, (x, q))
+    beam.evaluate()
     return np.array(columns).T
 
 
@@ -136,7 +140,7 @@ class Cantilever:
         frame[9:12] = spin
         frame[CLAMP:CLAMP + 7] = self.model.clamp
         self.frame = frame
-        status = settle(self.model, None, self.s, np.zeros(self.model.elements * RECORD),
+        status = settle(self.model, None, self.s, np.zeros((self.model.elements, RECORD)),
                         np.zeros(TIP), frame, np.asarray(load, float), self.scratch)
         assert status == 0
         block, lane = layout.tip_lane(self.model.elements)

@@ -108,7 +108,7 @@ def test_tangent_is_the_derivative_of_the_forces(seed):
     ours = np.zeros((54, 54))
     work = tangent_work()
     for element in range(4):
-        element_tangent(beam.s, element, SECTION, 1.0, work)
+        element_tangent(beam.s, 0, element, SECTION, 1.0, work)
         at = slice(12 * element, 12 * element + 18)
         ours[at, at] += work[ELEMENT:ELEMENT + 324].reshape(18, 18)
     ours = ours[6:, 6:]
@@ -120,10 +120,10 @@ def test_tangent_is_the_derivative_of_the_forces(seed):
         ours[at, at] += added
     assert abs(ours - numeric).max() < 1e-8 * abs(numeric).max()
     # the geometric part matters at this state: without prestress the matrix is another one
-    element_tangent(beam.s, 0, SECTION, 1.0, work)
+    element_tangent(beam.s, 0, 0, SECTION, 1.0, work)
     whole = work[ELEMENT:ELEMENT + 324].copy()
     beam.rows[:, layout.STRESS:layout.STRESS + 6] = 0.0
-    element_tangent(beam.s, 0, SECTION, 1.0, work)
+    element_tangent(beam.s, 0, 0, SECTION, 1.0, work)
     assert abs(work[ELEMENT:ELEMENT + 324] - whole).max() > 1e-2 * abs(whole).max()
 
 
@@ -153,7 +153,7 @@ def test_chain_solves_what_a_dense_matrix_solves(elements):
         return np.concatenate(rows)
 
     dense = -derivative(beam, out_of_balance)
-    chain = np.zeros(elements * RECORD)
+    chain = np.zeros((elements, RECORD))
     right = rng.normal(size=(2 * elements, 6))
     assert factorise(beam.s, elements, SECTION, 1.0, ca + alpha * cv, frame[SPIN:],
                      frame[SPIN_RATE:], cv, chain, chain_work()) == 0
@@ -162,7 +162,7 @@ def test_chain_solves_what_a_dense_matrix_solves(elements):
     load_residual(beam.s, elements, chain)
     eliminate(chain, elements)
     substitute(chain, elements)
-    records = chain.reshape(elements, RECORD)
+    records = chain
     ours = np.empty((2 * elements, 6))
     ours[::2] = records[:, MID:MID + 6]
     ours[1::2] = records[:, CORNER:CORNER + 6]
@@ -176,10 +176,10 @@ def test_damped_factor_scales_the_material_part_only():
     work = tangent_work()
     matrices = []
     for factor in (1.0, 3.0):
-        element_tangent(beam.s, 1, SECTION, factor, work)
+        element_tangent(beam.s, 0, 1, SECTION, factor, work)
         matrices.append(work[ELEMENT:ELEMENT + 324].copy())
     beam.rows[:, layout.STRESS:layout.STRESS + 6] = 0.0
-    element_tangent(beam.s, 1, SECTION, 1.0, work)
+    element_tangent(beam.s, 0, 1, SECTION, 1.0, work)
     material = work[ELEMENT:ELEMENT + 324]
     scale = abs(material).max()
     assert abs(matrices[1] - matrices[0] - 2.0 * material).max() < 1e-13 * scale

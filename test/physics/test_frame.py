@@ -32,7 +32,7 @@ def motion_of(scene, approaching):
 
 def record(t, drive, motion):
     frame = np.zeros(FRAME)
-    frame_at(t, drive, motion, np.zeros((2, 13)), frame)
+    frame_at(t, drive, False, motion, np.zeros((2, 13)), frame)
     return frame
 
 
