@@ -1,0 +1,71 @@
+"""The `report` verb: one page that shows error against run time, stability, and what features cost."""
+import os
+from pathlib import Path
+import shlex
+import sys
+import time
+
+from bristle_ros.cli import Parser
+from bristle_ros.machine import provenance
+from bristle_ros.scene_error import SceneError
+
+SECTIONS = ('precision', 'peers', 'paper', 'theory', 'stability', 'cost')
+
+
+def _parse(arguments):
+    parser = Parser('report', 'Measures error against run time, the findings of the paper, '
+                    'stability and what each feature costs; writes a page with its figures and '
+                    'tables (CSV).')
+    parser.add_argument('--quick', action='store_true', help='fewer and shorter runs: minutes')
+    parser.add_argument('--output', default='report', metavar='DIR',
+                        help='where index.html and the CSV files go; default: report')
+    parser.add_argument('--only', metavar='SECTION', action='append', choices=SECTIONS,
+                        help=f'one of {", ".join(SECTIONS)}; may be given often')
+    parser.add_argument('--seed', type=int, metavar='N',
+                        help='of the randomly drawn campaign cases; default: the clock')
+    parser.add_argument('--drawn', type=int, metavar='N',
+                        help='how many cases are drawn; default 100, with --quick 8')
+    parser.add_argument('--wall-limit', type=float, default=20.0, metavar='S',
+                        help='of one campaign case; default 20')
+    parser.add_argument('--repeats', type=int, metavar='N',
+                        help='timings are the best of so many; default 5, with --quick 2')
+    options = parser.parse_args(arguments)
+    if options.drawn is None:
+        options.drawn = 8 if options.quick else 100
+    if options.repeats is None:
+        options.repeats = 2 if options.quick else 5
+    if options.repeats < 1:
+        raise SceneError('must be at least 1', key='--repeats', value=options.repeats)
+    if options.seed is None:
+        options.seed = int(time.time())
+    return options
+
+
+def main(arguments):
+    """Run the verb `report`; return its exit code: 1 where a campaign case gave a wrong answer."""
+    options = _parse(arguments)
+    folder = Path(options.output).expanduser()
+    folder.mkdir(parents=True, exist_ok=True)   # before minutes are spent
+    from bristle_ros.report import sections  # from here on numpy and the compiler are needed
+    from bristle_ros.report.page import Page, Progress
+    page = Page('bristle_ros: error against run time, stability, and what the paper claims')
+    progress = Progress()
+    began = time.monotonic()
+    command = shlex.join(['python3', '-m', 'bristle_ros', 'report', *arguments])
+    machine = provenance()
+    page.code('\n'.join([
+        command, f'made {time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime())}, '
+        f'{"quick form" if options.quick else "full form"}; campaign seed {options.seed}',
+        f'{os.cpu_count()} cores; timings on one of them, best of {options.repeats}',
+        *(f'{name}: {value}' for name, value in machine.items())]))
+    wrong = 0
+    for name in options.only or SECTIONS:
+        wrong += getattr(sections, name)(page, progress, options) or 0
+    page.text(f'The whole page took {time.monotonic() - began:.0f} s.', note=True)
+    path = page.write(folder)
+    progress.close()
+    print(f'written: {path} and {len(page.tables)} tables beside it')
+    if wrong:
+        print(f'report: {wrong} cases of the stability campaign are wrong: see {path}',
+              file=sys.stderr)
+    return 1 if wrong else 0

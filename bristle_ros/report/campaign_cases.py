@@ -119,7 +119,8 @@ COMMANDS = {
                         (0.15, 'cmd_brush_speed', (100 * RPM,)))),
     'road up and down': (50.0, ((0.1, 'cmd_penetration', (0.06,)),
                                 (0.2, 'cmd_penetration', (-0.01,)))),
-    'sweeper turns': (50.0, ((0.1, 'cmd_vel', (20.0, 0.0, 2.0)), (0.2, 'cmd_vel', (0.0, 0.0, 0.0)))),
+    'sweeper turns': (50.0, ((0.1, 'cmd_vel', (20.0, 0.0, 2.0)),
+                             (0.2, 'cmd_vel', (0.0, 0.0, 0.0)))),
 }
 # Starts that touch the road, or nearly.
 TOUCHING = (
@@ -150,6 +151,9 @@ def make_case(name, base, changes, duration, commands=()):
         # deep strokes and shorter bristles: the same part of the length
         parameters['road.penetration'] = depth * length if depth == 0.8 else depth * min(
             1.0, length / 0.24)
+    if base == 'tilted' and (parameters['road.penetration'] > 0.04 * length / 0.24
+                             or parameters['road.attack_angle'] < 9 * DEGREE):
+        parameters['road.approach_time'] = 0.05     # it would start inside the road
     if parameters.get('friction.kinetic', 0.0) > parameters.get('friction.static', 0.7):
         parameters['friction.kinetic'] = parameters['friction.static']
     its = parameters.setdefault('solver.integration_time_step', 1e-4)
@@ -209,7 +213,8 @@ def drawn(seed, count, duration=0.5):
         changes = {}
         for key in draw.sample(keys, draw.randint(2, 6)):
             changes[key] = _draw_value(draw, AXES[key])
-        cases.append(make_case(f'drawn {seed}.{number}, {_spell(changes)}', base, changes, duration))
+        name = f'drawn {seed}.{number}, {_spell(changes)}'
+        cases.append(make_case(name, base, changes, duration))
     return cases
 
 

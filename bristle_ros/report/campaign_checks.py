@@ -29,7 +29,7 @@ class Watch:
         self._residual = self._lowest = 0.0
         self._scale = 0.0
         self._throughput = 0.0
-        self._work = None
+        self._work = self._at_start = None
         self._gain = self._loss = 0.0
         self._cone = self._stretch = 0.0
         self._law = self._entered = 0.0
@@ -72,6 +72,9 @@ class Watch:
         self._work = snapshot.work_external
         self._scale = max(self._scale, stored)
         residual = stored + snapshot.energy_dissipated - snapshot.work_external
+        if self._at_start is None:
+            self._at_start = residual   # a start from equilibrium is bent already
+        residual -= self._at_start
         self._lowest = min(self._lowest, residual)
         # what went through friction is much more than what the bristle holds
         scale = self._scale + 0.01 * (abs(snapshot.energy_dissipated) + self._throughput) + 1e-12
