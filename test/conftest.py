@@ -3,6 +3,7 @@ import os
 from pathlib import Path
 import sys
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -12,6 +13,8 @@ os.environ['PYTHONPATH'] = str(ROOT)
 # Nodes of other users of this machine's network must not be seen, nor ours by them.
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+# Arithmetic that goes wrong in Python code is an error; compiled code answers with a status.
+np.seterr(divide='raise', over='raise', invalid='raise')
 
 
 def pytest_addoption(parser):

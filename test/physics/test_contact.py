@@ -53,6 +53,7 @@ class Solution:
     def __init__(self, law, h, w, gap0, base, guess=0.0):
         self.force = np.full(3, 9.9)
         self.state = solve_contact(law, h, w, gap0, base, guess, self.force)
+        assert self.state in (OPEN, SLIP, STICK)
         self.moved = base + w @ self.force      # slip, slip, gap at the end
         self.normal = self.force[2]
         self.friction = np.hypot(*self.force[:2])

@@ -1,7 +1,7 @@
 """Orders of convergence in time and space, as numbers; energy balance without contact."""
 from functools import cache
 
-from bristle_ros.physics.drive import RAMP, SINE
+from bristle_ros.physics.drive import SINE
 from bristle_ros.physics.frame import SPEED
 from bristle_ros.scene import Brush, Damping, Drive, Scene, Solver
 from bristle_ros.simulation import Simulation
@@ -29,7 +29,7 @@ def spun_up(its, viscosity=0.0, mass=0.0, **solver):
     drive = simulation.model.drive._replace(
         profile=SINE, frequency=5.0, alternating_speed=-150.0 * 0.2 / (2.0 * np.pi))
     simulation.model = simulation.model._replace(drive=drive, exact=drive)
-    simulation.state.motion[SPEED:SPEED + RAMP] = 0.0, 0.0, 30.0, 0.2, 0.0
+    simulation.state.motion[SPEED:SPEED + 5] = 0.0, 0.0, 30.0, 0.2, 0.0
     tips, balance = [], []
     for _ in range(round(DURATION / 2e-3)):
         simulation.advance(round(2e-3 / its))

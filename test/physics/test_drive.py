@@ -99,10 +99,10 @@ def test_constant_adds_nothing():
 
 def test_ramp():
     # at offset 1: from t = 1 on, 2 to 5 in 0.5 s
-    values = np.array([9.0, 1.0, 2.0, 5.0, 0.5, 7.0])
+    values = np.array([9.0, 1.0, 2.0, 5.0, 0.5, 7.0, 0.0])
     assert ramp_at(values, 1, 1.0) == pytest.approx((2.0, 6.0, 7.0))
     assert ramp_at(values, 1, 1.25) == pytest.approx((3.5, 6.0, 7.0 + 0.25 * 2.75))
     assert ramp_at(values, 1, 1.5) == pytest.approx((5.0, 0.0, 7.0 + 0.5 * 3.5))
     assert ramp_at(values, 1, 2.5) == pytest.approx((5.0, 0.0, 7.0 + 0.5 * 3.5 + 5.0))
-    at_once = np.array([1.0, 2.0, 5.0, 0.0, 7.0])
+    at_once = np.array([1.0, 2.0, 5.0, 0.0, 7.0, 0.0])
     assert ramp_at(at_once, 0, 1.0) == (5.0, 0.0, 7.0)

@@ -2,7 +2,7 @@
 from dataclasses import replace
 
 from bristle_ros.model import build_model, start_motion
-from bristle_ros.physics.drive import RAMP, SINE, VAP
+from bristle_ros.physics.drive import SINE, VAP
 from bristle_ros.physics.frame import (APPROACHING, FORWARD, FRAME, frame_at, GRAVITY, HEIGHT,
                                        HEIGHT_RATE, LEFT, OMEGA, PENETRATION, ROTATION, SPEED,
                                        SPIN, SPIN_RATE, THETA, turn_frame, VELOCITY, YAW)
@@ -25,7 +25,7 @@ TIMES = (0.15, 0.3, 0.9)
 def motion_of(scene, approaching):
     motion = start_motion(scene)
     for at, ramp in RAMPS.items():
-        motion[at:at + RAMP] = ramp
+        motion[at:at + len(ramp)] = ramp
     motion[APPROACHING] = approaching
     return motion
 

@@ -1,7 +1,7 @@
 """Small vibrations about equilibrium, at rest and spinning, against closed and published ones."""
 from bristle_ros.physics import layout
 from bristle_ros.physics.beam import internal_forces
-from bristle_ros.physics.drive import RAMP, SINE
+from bristle_ros.physics.drive import SINE
 from bristle_ros.physics.frame import FRAME, SPEED
 from bristle_ros.physics.loads import residual
 from bristle_ros.scene import Brush, Damping, Drive, Run, Scene, Solver
@@ -139,7 +139,7 @@ def test_spin_up():
                                  alternating_speed=-6.0 / (2.0 * np.pi))
     simulation.model = model._replace(
         section=model.section._replace(shear_y=1e7, shear_z=1e7), drive=drive, exact=drive)
-    simulation.state.motion[SPEED:SPEED + RAMP] = 0.0, 0.0, 6.0, 15.0, 0.0
+    simulation.state.motion[SPEED:SPEED + 5] = 0.0, 0.0, 6.0, 15.0, 0.0
     lag = []
     for _ in range(150):
         simulation.advance(20)
