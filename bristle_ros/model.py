@@ -105,26 +105,28 @@ def build_model(scene, *, accounting=False):
     angles = 2.0 * math.pi * np.arange(count) / count
     azimuth = np.column_stack((np.cos(angles), np.sin(angles), np.cos(angles / 2.0),
                                np.sin(angles / 2.0)))
+    clamp = clamp_of(scene)
+    # of the two quaternions of each azimuth the one with which the tip's own starts with w >= 0
+    azimuth[azimuth[:, 2] * clamp[3] - azimuth[:, 3] * clamp[6] < 0.0, 2:] *= -1.0
     section = section_of(scene)
     b = scene.bristle
     return Model(
         scene.solver.elements, block_count(scene.solver.elements), count,
         scene.solver.integration_time_step, section, scheme_of(scene),
         drive_of(scene, scene.solver.time_step), drive_of(scene, 0.0), scene.damping.mass, azimuth,
-        clamp_of(scene), b.density * b.breadth * b.width * section.element_length / 6.0,
+        clamp, b.density * b.breadth * b.width * section.element_length / 6.0,
         float(scene.brush.wires_per_bristle), scene.solver.load_case == 'displacement', accounting,
         scene.solver.error_tolerance * b.length if scene.solver.step == 'adaptive' else 0.0)
 
 
 def new_scratch(model):
     """Return the room that kernels work in."""
-    size = model.blocks * BLOCK
     return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
-                   np.zeros((2, 13)), np.zeros(size), np.zeros(TIP))
+                   np.zeros((2, 13)), np.zeros((model.blocks, BLOCK)), np.zeros(TIP))
 
 
 def straight_nodes(scene, model):
-    """Return the node array of one straight bristle at rest: (blocks * BLOCK,), see layout.py."""
+    """Return the node array of one straight bristle at rest: (blocks, BLOCK), see layout.py."""
     nodes = np.zeros((model.blocks, ROWS, LANES))
     nodes[:, Q] = nodes[:, Q0] = 1.0
     nodes[:, MASS] = 1.0
@@ -149,7 +151,7 @@ def straight_nodes(scene, model):
             nodes[block, INERTIA:INERTIA + 3, column] = share * inertia
         nodes[block, WEIGHT, [lane, ELEMENTS + lane]] = 0.5 * length
     nodes[:, X0:X0 + 7] = nodes[:, X:X + 7]
-    return nodes.ravel()
+    return nodes.reshape(model.blocks, BLOCK)
 
 
 def start_motion(scene):
@@ -177,15 +179,9 @@ def turn_nodes(state, angle):
 
 def build_state(scene, model):
     """Return the State before the start: straight, at theta = 0, accelerations not filled yet."""
-    nodes = np.tile(straight_nodes(scene, model), (model.bristles, 1))
-    quaternions = nodes.reshape(model.bristles, model.blocks, ROWS, LANES)
-    for bristle, (_, _, c, s) in enumerate(model.azimuth):
-        # the tip's quaternion in brush axes starts with w >= 0
-        if c * model.clamp[3] - s * model.clamp[6] < 0.0:
-            quaternions[bristle, :, Q:Q + 4] *= -1.0
-            quaternions[bristle, :, Q0:Q0 + 4] *= -1.0
+    nodes = np.tile(straight_nodes(scene, model), (model.bristles, 1, 1))
     return State(
-        nodes, np.zeros((model.bristles, model.elements * RECORD)),
+        nodes, np.zeros((model.bristles, model.elements, RECORD)),
         np.zeros((model.bristles, TIP)), np.zeros((model.bristles, COUNTS), np.int64),
         start_motion(scene), np.zeros(2, np.int64), np.zeros((model.bristles, AUDIT)))
 

@@ -57,7 +57,7 @@ class BrushNode(LifecycleNode):
             simulation = Simulation(scene)
             sample = steps(scene, scene.run.sample, 'run.sample') if self._log else 0
             self._driver = Driver(simulation, sample=sample)
-        except (SceneError, RuntimeError, ValueError) as error:
+        except Exception as error:  # rclpy would swallow it, and nobody would learn why
             self.problem = error
             if not self.quiet:
                 self.get_logger().error(str(error))

@@ -25,6 +25,9 @@ REASONS = {
 }
 
 
+SLACK = 2e-5    # of an integration step, when a time is compared with a ramp's end
+
+
 class StepFailure(RuntimeError):
     """The simulation could not go on; the state is the last good one."""
 
@@ -148,7 +151,7 @@ class Simulation:
         elif topic == 'cmd_penetration':
             if self.state.motion[APPROACHING]:
                 self.state.motion[PENETRATION:PENETRATION + RAMP] = (
-                    now, self._depth(now), self._depth(now), 0.0, 0.0)
+                    now, self._depth(now), self._depth(now), 0.0, 0.0, 0.0)
                 self.state.motion[APPROACHING] = 0.0
             self._ramp(PENETRATION, now, values[0], scene.road.max_rate)
         else:
@@ -165,7 +168,10 @@ class Simulation:
         value, _, integral = ramp_at(motion, at, now)
         if duration is None:
             duration = abs(target - value) / limit
-        motion[at:at + RAMP] = (now, value, target, duration, integral)
+        # whole steps: a kink inside a step would be missed, or taken for all of it
+        duration = math.ceil(duration / self.its - 1e-9) * self.its
+        slack = SLACK * self.its if duration else 0.0
+        motion[at:at + RAMP] = (now, value, target, duration, integral, slack)
 
     def _depth(self, now):
         road = self.scene.road

@@ -21,6 +21,7 @@ from .jit import jit
 OPEN = 0.0
 SLIP = 1.0
 STICK = 2.0
+UNSOLVED = -1.0     # the compliance is not positive definite: the step is too long for the load
 ITERATIONS = 100
 
 
@@ -164,9 +165,25 @@ def _mismatch(law, h, w, gap0, base, normal, force):
 
 
 @jit
+def _checked(law, w, base, force, state):
+    """Return the state of a solution, UNSOLVED where its friction does not oppose its slip."""
+    if state == STICK or law.static == 0.0:
+        return state
+    slip1 = base[0] + w[0, 0] * force[0] + w[0, 1] * force[1] + w[0, 2] * force[2]
+    slip2 = base[1] + w[1, 0] * force[0] + w[1, 1] * force[1] + w[1, 2] * force[2]
+    along = slip1 * force[0] + slip2 * force[1]
+    across = slip1 * force[1] - slip2 * force[0]
+    if along > 0.0 or abs(across) > -1e-3 * along:
+        scale = abs(base[0]) + abs(base[1]) + 1e-15
+        if max(abs(slip1), abs(slip2)) > 1e-9 * scale:  # else it all but sticks: round-off
+            return UNSOLVED
+    return state
+
+
+@jit
 def solve_contact(law, h, w, gap0, base, guess, force):
     """
-    Solve the one-point contact problem of a step; fill `force` [N] (3,), return OPEN, SLIP or STICK.
+    Solve the one-point contact problem of a step; fill `force` [N] (3,), return its state: OPEN ... UNSOLVED.
 
     w [m/N] : (3, 3)      compliance of the tip: displacement over the step per unit of force
     gap0 [m] : float      gap at the start of the step
@@ -175,6 +192,8 @@ def solve_contact(law, h, w, gap0, base, guess, force):
     The mismatch of the normal law has one sign at zero and the other for large forces, since w is
     positive definite; between them regula falsi (Illinois) always ends.
     """
+    # what the mismatch may be per unit of force: N, or m of gap
+    enough = 1e-13 if law.stiffness > 0.0 else 1e-15 * w[2, 2]
     force[0] = 0.0
     force[1] = 0.0
     force[2] = 0.0
@@ -199,18 +218,20 @@ def solve_contact(law, h, w, gap0, base, guess, force):
         at_low = at_high
         high *= 2.0
         at_high, state = _mismatch(law, h, w, gap0, base, high, force)
-    last = 0.0
+    if at_high > 0.0:
+        return UNSOLVED
     side = 0
-    for _ in range(ITERATIONS):
-        if at_high == 0.0 or high - low <= 2e-16 * high:
+    here = at_high
+    normal = high
+    for iteration in range(ITERATIONS):
+        if abs(here) <= enough * normal:
+            return _checked(law, w, base, force, state)
+        if high - low <= 4e-16 * high:
             break
         normal = high - at_high * (high - low) / (at_high - at_low)
-        if not low < normal < high:
+        if iteration % 4 == 3 or not low < normal < high:
             normal = 0.5 * (low + high)
         here, state = _mismatch(law, h, w, gap0, base, normal, force)
-        if here == 0.0 or abs(normal - last) <= 2e-16 * normal:
-            break
-        last = normal
         if here < 0.0:
             high, at_high = normal, here
             if side < 0:
@@ -221,4 +242,6 @@ def solve_contact(law, h, w, gap0, base, guess, force):
             if side > 0:
                 at_high *= 0.5
             side = 1
-    return state
+    if abs(here) <= 1e6 * enough * normal:  # round-off of a steep law
+        return _checked(law, w, base, force, state)
+    return UNSOLVED

@@ -2,7 +2,7 @@
 Speed functions of the brush with closed-form angle, and ramps between commanded values.
 
 All times are absolute, so that nothing drifts: a ramp is (start time, value there, target,
-duration, integral there), and its value and integral at any later time are polynomials.
+duration, integral there, slack), and its value and integral at any later time are polynomials.
 """
 from math import cos, exp, floor, pi, sin
 
@@ -12,7 +12,7 @@ CONSTANT = 0
 SINE = 1
 VAP = 2
 
-RAMP = 5    # numbers of a ramp: start time, value, target, duration, integral at the start time
+RAMP = 6    # numbers of a ramp: start time, value, target, duration, integral there, slack
 
 
 @jit
@@ -20,12 +20,14 @@ def ramp_at(ramp, at, t):
     """
     Return value, rate and integral at time t of the ramp stored at ramp[at:at + RAMP].
 
-    The value moves linearly from ramp[at + 1] to ramp[at + 2] in ramp[at + 3] seconds, then stays.
+    The value moves linearly from ramp[at + 1] to ramp[at + 2] in ramp[at + 3] seconds, then stays. At
+    the ramp's end, to within ramp[at + 5] seconds, the rate is the one before it: a step that ends
+    there has felt it.
     """
     tau = t - ramp[at]
     change = ramp[at + 2] - ramp[at + 1]
     duration = ramp[at + 3]
-    if tau < duration:
+    if tau < duration + ramp[at + 5]:
         rate = change / duration
         return (ramp[at + 1] + rate * tau, rate,
                 ramp[at + 4] + tau * (ramp[at + 1] + 0.5 * rate * tau))

@@ -2,7 +2,7 @@
 from .beam import internal_forces
 from .frame import CLAMP, DRAG_RATE, DRAG_SPIN
 from .jit import jit
-from .layout import (A0, ACC0, HA, HV, INERTIA, LANES, MASS, Q, R, RATEACC0, STRAIN,
+from .layout import (A0, ACC0, ELEMENTS, HA, HV, INERTIA, LANES, MASS, Q, R, RATEACC0, STRAIN,
                      STRAIN0, V0, X)
 from .loads import residual
 from .stepping import own_frame
@@ -86,6 +86,10 @@ def initialise(model, viscosity, state, scratch):
                 for row in range(3):
                     s[j, (ACC0 + 3 + row) * LANES + i] = (
                         s[j, (R + 3 + row) * LANES + i] / s[j, (INERTIA + row) * LANES + i])
+            for i in range(LANES):
+                if j * ELEMENTS + i % ELEMENTS >= model.elements:  # fillers never move
+                    for row in range(6):
+                        s[j, (ACC0 + row) * LANES + i] = 0.0
             for row in range(6):
                 for i in range(LANES):
                     s[j, (A0 + row) * LANES + i] = s[j, (ACC0 + row) * LANES + i]

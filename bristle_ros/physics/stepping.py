@@ -120,6 +120,7 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
     refresh = tip[MATRIX_STEP] != h
     rate = tip[CONTRACTION]
     before = 0.0
+    solved = True
     status = NO_CONVERGENCE
     for iteration in range(MAX_ITERATIONS):
         internal_forces(s, blocks, end[CLAMP:], model.section, factor)
@@ -137,9 +138,14 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
         load_residual(s, elements, chain)
         eliminate(chain, elements)
         if law is not None:
-            contact_correction(s, block, lane, chain, elements - 1, law, h, ca, drift,
-                               0.5 * ca * h * h - model.mass_damping * drift,
-                               frames[0], frames[1], end, tip, scratch.contact)
+            solved = contact_correction(
+                s, block, lane, chain, elements - 1, law, h, ca, drift,
+                0.5 * ca * h * h - model.mass_damping * drift, frames[0], frames[1], end, tip,
+                scratch.contact)
+            if not solved:
+                if fresh:
+                    break
+                refresh = True
         substitute(chain, elements)
         store_increments(s, elements, chain)
         size = move_nodes(s, blocks, model.section.element_length)
@@ -156,8 +162,8 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
         elif size > 1.0:
             refresh = True
         before = size
-        if size <= scheme.tolerance and rate < 1.0 or (
-                iteration > 0 and size * rate <= scheme.tolerance * (1.0 - rate)):
+        if solved and (size <= scheme.tolerance and rate < 1.0 or (
+                iteration > 0 and size * rate <= scheme.tolerance * (1.0 - rate))):
             status = OK
             break
     if status == OK:

@@ -1,6 +1,6 @@
 """The tip record of a bristle, and the contact problem seen from the chain's last block."""
 from .chain import CORNER, INVERSE
-from .contact import OPEN, solve_contact, STICK
+from .contact import OPEN, solve_contact, STICK, UNSOLVED
 from .frame import HEIGHT, HEIGHT_RATE, ROTATION, SPIN, VELOCITY
 from .jit import jit
 from .layout import HA, HV, LANES, MASS, Q, V0, X, X0
@@ -67,6 +67,8 @@ def contact_correction(s, j, lane, chain, e, law, h, ca, drift, gain, start, mid
     """
     Solve the contact problem in the tip's compliance and add the force's change to the last block.
 
+    Returns whether it could be solved; if not, the force stays as it was.
+
     s, j, lane : the bristle, block and lane of the tip
     chain, e : records, after `eliminate`, and the last element
     gain : float               residual per unit of contact force, ca h^2 / 2 - alpha_D drift
@@ -121,7 +123,10 @@ def contact_correction(s, j, lane, chain, e, law, h, ca, drift, gain, start, mid
     base[1] = moved2 - (w[1, 0] * g1 + w[1, 1] * g2 + w[1, 2] * g3)
     base[2] = gap1 - (w[2, 0] * g1 + w[2, 1] * g2 + w[2, 2] * g3)
     force = scratch[4]
-    tip[STATE] = solve_contact(law, h, w, gap0, base, g3, force)
+    state = solve_contact(law, h, w, gap0, base, g3, force)
+    if state == UNSOLVED:
+        return False
+    tip[STATE] = state
     for i in range(3):
         tip[SLIP_MOVED + i] = (base[i] + w[i, 0] * force[0] + w[i, 1] * force[1]
                                + w[i, 2] * force[2])
@@ -133,6 +138,7 @@ def contact_correction(s, j, lane, chain, e, law, h, ca, drift, gain, start, mid
     chain[e, CORNER] += gain * (axes[0][0] * f1 + axes[1][0] * f2 + axes[2][0] * f3)
     chain[e, CORNER + 1] += gain * (axes[0][1] * f1 + axes[1][1] * f2 + axes[2][1] * f3)
     chain[e, CORNER + 2] += gain * (axes[0][2] * f1 + axes[1][2] * f2 + axes[2][2] * f3)
+    return True
 
 
 @jit

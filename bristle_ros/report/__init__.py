@@ -1,4 +1,4 @@
-"""The `report` verb: one page that shows error against run time, stability, and what features cost."""
+"""The `report` verb: error against run time, the paper, stability, cost of features; one page."""
 import os
 from pathlib import Path
 import shlex

@@ -1,9 +1,10 @@
 """
 Independent theory: normal modes of the clamped bristle that turns freely, small deflections.
 
-Tangential, strong plane (gamma 0): E I_s v'''' + rho A v_tt = -rho A (r + x sin phi) dw/dt; radial,
-weak plane: E I_w u'''' + rho A u_tt = rho A cos phi (r + x sin phi) w^2. Solved by the cantilever's
-modes; each modal equation is integrated exactly for a forcing that is linear between close points.
+Tangential, strong plane: E I_s v'''' + rho A v_tt = -rho A (r + x sin phi) dw/dt; radial, weak
+plane: E I_w u'''' + rho A u_tt = rho A cos phi (r + x sin phi) w^2 (gamma = 0). Solved by the
+cantilever's modes; each modal equation is integrated exactly for a forcing that is linear between
+close points.
 """
 import math
 
@@ -39,7 +40,7 @@ def natural_frequencies(strong, count=MODES):
 
 
 def modal_loads(count=MODES):
-    """Return the load A_i of each mode [m] for the tip value 2 of its shape (literature: I0, I1)."""
+    """Return the load A_i of each mode [m], for shapes whose tip value is 2."""
     x = np.linspace(0.0, 1.0, 20_001)
     loads = []
     for k in wave_numbers(count):
@@ -74,7 +75,7 @@ def deflections(times, speed, rate, beta, count=MODES):
 
 
 def _single(frequency, beta, h, f):
-    """Return q and q' of q'' + beta w^2 q' + w^2 q = f from rest; exact for f linear in between."""
+    """Return q and q' of q'' + beta w^2 q' + w^2 q = f from rest, f linear between points."""
     w = 2.0 * math.pi * frequency
     zeta = 0.5 * beta * w
     if zeta >= 1.0:
@@ -216,7 +217,7 @@ def on_and_off(rows, profile, n):
 
 
 def frequencies_with_spin(progress, speeds=(0.0, 50.0, 100.0, 150.0, 300.0), duration=4.0):
-    """Return rows: first frequencies of both planes [Hz] at each spin [rpm], about the steady shape."""
+    """Return rows: first frequencies of both planes [Hz] at each spin, about the steady shape."""
     from bristle_ros.simulation import Simulation
     rows = []
     for rpm in speeds:

@@ -1,4 +1,4 @@
-"""The report's page: sections with text, tables and figures in one HTML file, and the tables as CSV."""
+"""The report's page: text, tables and figures in one HTML file, and the tables as CSV."""
 import base64
 import csv
 import html

@@ -32,7 +32,7 @@ def friction_curve(progress):
     panel = axes[0, 0]
     slip = np.linspace(0.0, 5.0, 200)
     panel.plot(slip, MU_K + (MU_S - MU_K) * np.exp(-DECAY * slip), color='k', lw=1,
-               label='law (1) with the paper\'s fit')
+               label="law (1) with the paper's fit")
     worst = 0.0
     for rpm, colour in ((60, '#1f77b4'), (100, '#ff7f0e'), (140, '#2ca02c')):
         progress(f'figure 3: {rpm} rpm')
@@ -111,17 +111,21 @@ def damping_force(progress, *, quick=False):
     t, force = damping_history(_figure4_scene(0.0, 1e-5, 'inertia', 'Newmark 0.005'), 0.05)
     rows.append({'TS_ms': 'inertia load case', 'ITS_us': 10.0, **{
         'peak N, Newmark 0.005': float(np.abs(force).max())}})
-    figure, axes = new_figure(2, 1, 10.5, 3.5)
-    for panel, names in zip(axes[0], (('Newmark 0.005',), ('spectral radius 0',))):
-        for (time_step, name), (at, values) in histories.items():
-            if name in names and time_step in (1e-3, 1e-4, 1e-5):
-                early = at <= 0.0102
-                panel.plot(1e3 * at[early], values[early], lw=0.8, label=f'TS {time_step * 1e3:g} ms')
-        panel.plot(1e3 * t[t <= 0.0102], force[t <= 0.0102], 'k--', lw=1, label='inertia load case')
-        panel.set_title(f'displacement load case, {names[0]}, ITS 10 us')
+    figure, axes = new_figure(2, 2, 10.5, 3.0)
+    colours = {1e-3: '#1f77b4', 1e-4: '#ff7f0e', 1e-5: '#2ca02c'}
+    for panel, name, shown in zip(axes.flat, ('Newmark 0.005',) * 3 + ('spectral radius 0',), (
+            (1e-3,), (1e-4,), (1e-5,), (1e-3, 1e-4, 1e-5))):
+        for time_step in shown:
+            at, values = histories[time_step, name]
+            early = at <= 0.0102
+            panel.plot(1e3 * at[early], values[early], lw=0.8, color=colours[time_step],
+                       label=f'displacement, TS {time_step * 1e3:g} ms')
+        panel.plot(1e3 * t[t <= 0.0102], force[t <= 0.0102], 'k--', lw=1, label='inertia')
+        panel.set_title(f'{name}, ITS 10 us')
         panel.set_xlabel('time [ms]')
-        panel.set_ylabel('radial damping force at the clamp [N]')
-        panel.legend()
+        panel.set_ylabel('radial damping force\nat the clamp [N]')
+        panel.margins(y=0.3)
+        panel.legend(loc='upper right', ncols=2)
     return rows, figure
 
 
@@ -156,6 +160,7 @@ def two_load_cases(progress, *, quick=False):
         for panel in panels:
             panel.set_title(title)
             panel.set_xlabel('time [s]')
+            panel.margins(y=0.22)
             panel.legend(loc='upper left')
         one, other = paths['inertia'], paths['displacement']
         touched = np.flatnonzero(one.impulse[:, 2] > 0.0)

@@ -1,9 +1,9 @@
 """
 The five scenes that other programs are compared on, as equations for them and as Scenes for us.
 
-S1 cantilever dropped from the horizontal; S2 free rotation; S3 bouncing sweep; S4 tilted deep sweep;
-S5 free rotation with beta_D = 21 ms. For the other programs the contact is a penalty law: normal force
-Kn d (1 + d' s/m), friction regularised at 1 cm/s. Ours keeps exact Coulomb friction.
+S1 cantilever dropped from the horizontal; S2 free rotation; S3 bouncing sweep; S4 tilted deep
+sweep; S5 free rotation with beta_D = 21 ms. For the other programs the contact is a penalty law:
+normal force Kn d (1 + d' s/m), friction regularised at 1 cm/s. Ours keeps exact Coulomb friction.
 """
 import math
 from typing import NamedTuple

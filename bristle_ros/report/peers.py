@@ -1,8 +1,8 @@
 """
 Beside exudyn and MuJoCo: the same scenes, in the same run, on the same core, best of several.
 
-Each program is judged against its own converged run, so that what is left of the differences between
-the programs counts for none; how far the converged runs lie apart is stated. At equal error the
+Each program is judged against its own converged run, so that the differences left between the
+programs count for none; how far the converged runs lie apart is stated. At equal error the
 fastest of the tried settings counts. MuJoCo is of first order in time and exudyn's elements are of
 second order in length: their converged runs are extrapolated from two or three fine ones.
 """
@@ -55,7 +55,7 @@ def _peer(module):
 
 
 def programs():
-    """Return name to (solve, version) of the programs that are here, and the names of the others."""
+    """Return name to (solve, version) of the programs that are here, and the absent names."""
     found = {'bristle_ros': (ours, '')}
     absent = []
     for name, module in (('exudyn', peers_exudyn), ('mujoco', peers_mujoco)):

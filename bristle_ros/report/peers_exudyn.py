@@ -5,6 +5,7 @@ What exudyn's beam lacks is added as its documentation shows: frame forces, grav
 law as one user function with its exact Jacobian over all nodes, beta_D as dampers between nodes.
 The clamp is fixed; a generalised-alpha method with spectral radius 0.6 steps it.
 """
+from itertools import pairwise
 import math
 import time
 
@@ -47,7 +48,7 @@ def solve(scene, elements, step, *, sample=1e-3):
     Raises RuntimeError where exudyn stops early. Wall time is the solver's alone.
     """
     import exudyn
-    from exudyn import itemInterface as items
+    from exudyn import itemInterface as items  # noqa: N813
 
     system = exudyn.SystemContainer()
     mbs = system.AddSystem()
@@ -66,7 +67,7 @@ def solve(scene, elements, step, *, sample=1e-3):
     section.inertia = np.diag([RHO * (weak + strong), RHO * weak, RHO * strong])
     stiffness = [E * area, shear, shear, E / (2.0 * (1.0 + NU)) * TORSION, E * weak, E * strong]
     section.stiffnessMatrix = np.diag(stiffness)
-    for left, right in zip(nodes, nodes[1:]):
+    for left, right in pairwise(nodes):
         mbs.AddObject(items.ObjectBeamGeometricallyExact(
             nodeNumbers=[left, right], length=h, sectionData=section))
     ground = mbs.AddNode(items.NodePointGround())
@@ -116,14 +117,14 @@ def solve(scene, elements, step, *, sample=1e-3):
     impulse = 0.0
     if scene.contact:
         velocity = np.array(mbs.GetSensorStoredData(speed))[:, 1:4]
-        normal = [scene.tip_force(t, x, v)[1] for t, x, v in zip(data[:, 0], data[:, 1:4], velocity)]
+        normal = [scene.tip_force(row[0], row[1:4], v)[1] for row, v in zip(data, velocity)]
         impulse = float(np.trapezoid(normal, data[:, 0]))
     return data[:, 0], data[:, 1:4] @ aside, impulse, wall
 
 
 def _add_dampers(mbs, items, nodes, h, beta, stiffness):
     """Add beta times the section stiffness as dampers: rotations, and along the chord."""
-    for left, right in zip(nodes, nodes[1:]):
+    for left, right in pairwise(nodes):
         both = [mbs.AddMarker(items.MarkerNodeRigid(nodeNumber=node)) for node in (left, right)]
         mbs.AddObject(items.ObjectConnectorRigidBodySpringDamper(
             markerNumbers=both, stiffness=np.zeros((6, 6)),

@@ -1,10 +1,10 @@
 """
 The scenes S1 to S5 in MuJoCo 4: its discrete elastic rod (a flex with a box section).
 
-The rod is inextensible, integrated by the `discrete` integrator. It is solved in the rotating frame,
-clamped to the world, which is MuJoCo's fastest case; frame forces, gravity and the contact law are
-applied at each step. Vertices stand at half, one and a half ... elements, so that each bends over one
-element; the first edge, half of it before the clamp, is held.
+The rod is inextensible, integrated by the `discrete` integrator. It is solved in the rotating
+frame, clamped to the world, which is MuJoCo's fastest case; frame forces, gravity and the contact
+law are applied at each step. Vertices stand at half, one and a half ... elements, so that each
+bends over one element; the first edge, half of it before the clamp, is held.
 """
 import math
 import time

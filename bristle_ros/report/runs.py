@@ -1,4 +1,4 @@
-"""One run of ours for the report: its path and impulse, its best run time, and errors between runs."""
+"""One run of ours for the report: path, impulse, best run time, and errors between runs."""
 from contextlib import contextmanager
 import os
 import time

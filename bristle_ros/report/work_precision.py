@@ -1,15 +1,15 @@
 """
-Error against run time: what step, mesh, integrator and load case cost on S1 to S5 and cutting_brush.
+Error against run time of our own settings: step, mesh, integrator, load case, adaptive steps.
 
-Every error is against a converged run of the same scene, whose own error is stated. Without contact
-it is that of the tip path; with contact also that of the normal impulse in windows of 5 ms, which
+Every error is against a converged run of the same scene, whose own error is stated. Without
+contact it is that of the tip path; with contact also that of the normal impulse in windows of 5 ms, which
 stays meaningful where single impacts do not repeat.
 """
 import math
 from typing import NamedTuple
 
 from bristle_ros.report.page import new_figure
-from bristle_ros.report.peer_scenes import our_scene, peer_scene, RPM
+from bristle_ros.report.peer_scenes import our_scene, RPM
 from bristle_ros.report.runs import impulse_error, run, tip_error
 from bristle_ros.scene import Contact, Damping, Drive, Road, Run, Scene, Solver
 
@@ -81,7 +81,7 @@ def measure(progress, *, quick=False, repeats=5, subjects=SUBJECTS):
         elements, its = subject.reference
         coarser, longer = subject.check
         if quick:
-            its, longer = 2.0 * its, 2.0 * longer
+            its, longer = 2.5 * its, 2.5 * longer
         reference = run(scene_of(subject.name, its, elements=elements), subject.duration)
         check = run(scene_of(subject.name, longer, elements=coarser), subject.duration)
         references.append({
