@@ -4,7 +4,7 @@ from bristle_ros.driver import Driver
 from bristle_ros.log import Log
 from bristle_ros.node_topics import Outputs, OVERRIDABLE, reliable
 from bristle_ros.pacing import PacingThread
-from bristle_ros.scene import SceneError, steps
+from bristle_ros.scene import steps
 from bristle_ros.simulation import CommandRefused, Simulation
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.clock import Clock, ClockType
