@@ -1,0 +1,166 @@
+#!/usr/bin/env python3
+"""
+Print docs/reference.md, made from the code: tools/make_reference.py > docs/reference.md.
+
+Verbs, keys and arrays are read from the modules that define them, topics and services from a node
+that is brought up for it. What they mean is written here; a name without a meaning is an error,
+and so is a meaning without a name.
+"""
+import os
+from pathlib import Path
+import sys
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
+
+from bristle_ros.__main__ import VERBS  # noqa: E402
+from bristle_ros.scene import from_parameters, keys  # noqa: E402
+from bristle_ros.scene_error import spell  # noqa: E402
+from bristle_ros.snapshot import NPZ_ARRAYS  # noqa: E402
+
+HEAD = """# Reference
+
+Made from the code by `tools/make_reference.py`; a test fails when it is stale. SI units and
+radians everywhere. Names without a leading `/` are relative: a namespace goes before them. `~` is
+the node's own name, `brush_node` unless it is remapped.
+"""
+PUBLISHED = {
+    'contact_wrench': 'road on brush, summed over all wires, about the mount centre; frame '
+                      '`brush_mount`',
+    'tip_wrench': "road on bristle 0's tip, at the tip (no torque); frame `road`",
+    'mount_wrench': 'brush on sweeper, about the mount centre; frame `brush_mount`',
+    'tip_pose': "bristle 0's tip; frame `brush_mount`, x of the pose along the wire, y along the "
+                'breadth',
+    'joint_states': '`brush_joint`: angle, speed, and the torque of the drive on the brush about '
+                    '+z',
+    'bristle_markers': 'the bristles as line strips; made only while somebody subscribes',
+    '/diagnostics': 'each second: real-time factor asked and reached, late chunks, estimated '
+                    'error, Newton failures, log backlog, refused commands',
+    '/clock': 'simulation time; only with `run.publish_clock`',
+}
+SUBSCRIBED = {
+    'cmd_brush_speed': 'speed of the brush [rad/s], in place of `drive.mean_speed`; changes at '
+                       'most by `drive.max_acceleration`',
+    'cmd_vel': "sweeper's velocity: `linear.x`, `linear.y` [m/s], `angular.z` [rad/s]; a Twist "
+               'when `run.stamped_cmd_vel` is false',
+    'cmd_penetration': 'depth of the undeformed tip below the road [m]; the road moves at most at '
+                       '`road.max_rate`',
+}
+SERVICES = {
+    '~/pause': '`true` holds at the end of the chunk that is running, `false` goes on',
+    '~/step': 'one chunk more, while paused',
+    '~/reset': "back to the scene's start with the next chunk; simulation time goes on",
+}
+ARRAYS = {
+    't': ('n', 's', 'simulation time'),
+    'theta': ('n', 'rad', 'angle of the brush'),
+    'omega': ('n', 'rad/s', 'its speed'),
+    'tip_position': ('n, B, 3', 'm', 'tips in brush axes (x along the radius of bristle 0, z '
+                     'along the brush axis, away from the road), from the mount centre'),
+    'tip_position_road': ('n, B, 3', 'm', 'tips in road axes (z up), from the mount centre'),
+    'tip_orientation': ('n, B, 4', '1', "quaternions x, y, z, w of the tips' sections in brush "
+                        'axes: x along the wire, y along the breadth'),
+    'contact_force': ('n, B, 3', 'N', 'road on tip in road axes, mean over the last step; z is '
+                      'normal'),
+    'contact_impulse': ('n, B, 3', 'N s', 'its sum since t = 0'),
+    'mount_force': ('n, B, 3', 'N', 'wire on board in brush axes'),
+    'mount_moment': ('n, B, 3', 'N m', "the same, about the wire's clamp"),
+    'mount_damping_force': ('n, B, 3', 'N', 'its part from `damping.stiffness`, x along the '
+                            'radius of that bristle'),
+    'brush_force': ('n, 3', 'N', 'brush on sweeper, all wires, mount axes'),
+    'brush_torque': ('n, 3', 'N m', 'the same, about the mount centre'),
+    'energy_kinetic': ('n', 'J', 'of the motion relative to the brush frame'),
+    'energy_elastic': ('n', 'J', 'strain and contact spring'),
+    'energy_dissipated': ('n', 'J', 'damping, friction and impact since t = 0'),
+    'work_external': ('n', 'J', 'all other work since t = 0; kinetic + elastic + dissipated '
+                      'equals it, up to discretisation'),
+    'newton_iterations': ('n', '1', 'running count, summed over bristles'),
+    'substeps': ('n', '1', 'running count, summed over bristles'),
+    'wall_time': ('', 's', 'stepping alone'),
+    'compile_time': ('', 's', 'all that was compiled or loaded before'),
+}
+# What every lifecycle node has; ROS 2 documents it.
+OF_ROS = ('/rosout', '/parameter_events', '~/transition_event', '~/change_state', '~/get_state',
+          '~/get_available_states', '~/get_available_transitions', '~/get_transition_graph',
+          '~/describe_parameters', '~/get_parameter_types', '~/get_parameters',
+          '~/list_parameters', '~/set_parameters', '~/set_parameters_atomically',
+          '~/get_type_description')
+
+
+def table(head, rows):
+    """Return the lines of a Markdown table."""
+    return [' | '.join(('', *cells, '')).strip()
+            for cells in (head, ['---'] * len(head), *rows)]
+
+
+def with_meaning(names, meanings, what):
+    """Return (name, meaning) pairs; leave where the two do not name the same."""
+    if set(names) != set(meanings):
+        sys.exit(f'{what}: without a meaning {sorted(set(names) - set(meanings))}, gone '
+                 f'{sorted(set(meanings) - set(names))}: see {Path(__file__).name}')
+    return list(meanings.items())
+
+
+def graph():
+    """Bring a node up; return its published, subscribed and served names with their types."""
+    from bristle_ros.node_lifecycle import BrushNode
+    import rclpy
+    rclpy.init(args=['--ros-args', '-r', '__ns:=/ns', '--log-level', 'warn'])
+    scene = from_parameters({'run.publish_clock': True, 'contact.enabled': False,
+                             'solver.elements': 1}, 'tables')
+    node = BrushNode(scene, print, wall_ns=lambda: 0)
+    node.trigger_configure()
+    found = [
+        _entities((one.topic_name, one.msg_type) for one in node.publishers),
+        _entities((one.topic_name, one.msg_type) for one in node.subscriptions),
+        _entities((one.srv_name, one.srv_type) for one in node.services)]
+    node.finish()
+    rclpy.shutdown()
+    return found
+
+
+def _entities(pairs):
+    found = {}
+    for name, type_ in pairs:
+        for full, short in (('/ns/brush_node/', '~/'), ('brush_node/', '~/'), ('/ns/', '')):
+            if name.startswith(full):
+                name = short + name[len(full):]
+        package, kind, _ = type_.__module__.split('.')[:3]
+        if name not in OF_ROS:
+            found[name] = f'{package}/{kind}/{type_.__name__}'
+    return found
+
+
+def main():
+    """Print the page."""
+    published, subscribed, services = graph()
+    lines = [HEAD, '## Verbs', '',
+             '`ros2 run bristle_ros VERB`, `python3 -m bristle_ros VERB` or, in a checkout, '
+             '`./run.sh VERB`;', '`VERB --help` tells its arguments.', '']
+    lines += table(('verb', 'what it does'),
+                   [(f'`{verb}`', does) for verb, (_, does) in VERBS.items()])
+    for title, names, meanings in (
+            ('Topics that the node publishes', published, PUBLISHED),
+            ('Topics that the node subscribes to', subscribed, SUBSCRIBED),
+            ('Services', services, SERVICES)):
+        lines += ['', f'## {title}', '']
+        lines += table(('name', 'type', 'meaning'),
+                       [(f'`{name}`', names[name], meaning)
+                        for name, meaning in with_meaning(names, meanings, title)])
+    lines += ['', '## Parameters', '',
+              'Keys of a scene file and parameters of the node alike. All but '
+              '`run.real_time_factor` are', 'read-only while the node runs.', '']
+    lines += table(('key', 'default', 'unit', 'meaning', 'range'),
+                   [(f'`{key.name}`', f'`{spell(key.default)}`', key.unit, key.description,
+                     key.range) for key in keys()])
+    lines += ['', '## Arrays of `simulate --output FILE.npz`', '',
+              'n samples of B bristles; one wire each, but for `brush_*`.', '']
+    lines += table(('array', 'shape', 'unit', 'meaning'),
+                   [(f'`{name}`', f'({meaning[0]})', *meaning[1:]) for name, meaning in
+                    with_meaning((*NPZ_ARRAYS, 'wall_time', 'compile_time'), ARRAYS, 'arrays')])
+    print('\n'.join(lines))
+
+
+if __name__ == '__main__':
+    main()
