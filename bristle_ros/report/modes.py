@@ -60,8 +60,8 @@ def deflections(times, speed, rate, beta, count=MODES):
 
     times : (n,) [s], equally spaced and fine;  speed, rate : (n,) w [rad/s], dw/dt [rad/s^2]
     beta : [s] stiffness-proportional damping
-    Both planes have the same mode shapes, so that Coriolis forces couple mode to mode: those of the
-    tangential swing on the radial one are kept, 2 w q' cos phi.
+    Both planes have the same mode shapes, so that Coriolis forces couple mode to mode: those of
+    the tangential swing on the radial one are kept, 2 w q' cos phi.
     """
     h = times[1] - times[0]
     lean = math.cos(_BRUSH.mount_angle)
@@ -75,7 +75,7 @@ def deflections(times, speed, rate, beta, count=MODES):
 
 
 def _single(frequency, beta, h, f):
-    """Return q and q' of q'' + beta w^2 q' + w^2 q = f from rest, f linear between points."""
+    """Return q, q' of q'' + beta w^2 q' + w^2 q = f from rest, f linear between points."""
     w = 2.0 * math.pi * frequency
     zeta = 0.5 * beta * w
     if zeta >= 1.0:
@@ -169,8 +169,8 @@ def odd_fractions(progress, *, quick=False, beta=1.1e-4):
     """
     Return rows and a figure: VAP's resonance at odd fractions of the strong plane's frequency.
 
-    What is measured is the swing of the tip in the tangent once the start has died away, divided by
-    the quasi-static one of the same acceleration. beta 0.11 ms: 1 % of critical in mode 1.
+    What is measured is the swing of the tip in the tangent once the start has died away, divided
+    by the quasi-static one of the same acceleration. beta 0.11 ms: 1 % of critical in mode 1.
     """
     first = natural_frequencies(True, 1)[0]
     rows = []

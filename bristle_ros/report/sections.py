@@ -8,7 +8,7 @@ from bristle_ros.scene import from_parameters
 
 
 def _compile(page, progress):
-    """Build each kind of scene once, so that no timing contains a compiler; say how long it took."""
+    """Build each kind of scene once, so that no timing contains a compiler."""
     from bristle_ros.simulation import Simulation
     rows = []
     for contact in (True, False):
@@ -31,7 +31,7 @@ def precision(page, progress, options):
     page.heading('Error against run time')
     _compile(page, progress)
     page.text('Every point is a run. Its error is that against a converged run of the same scene; '
-              'the dotted line is the converged run\'s own error. Left of the black line is '
+              "the dotted line is the converged run's own error. Left of the black line is "
               'faster than real time. S1: cantilever dropped from the horizontal; S2: free '
               'rotation at 150 +- 4 rpm; S3: bouncing sweep at 100 rpm; S4: the tilted, deep, '
               'undamped sweep of the paper, up to 0.24 s; S5: S2 with beta_D = 21 ms.')
@@ -79,7 +79,7 @@ def peers(page, progress, options):
 
 
 def paper(page, progress, options):
-    """What the paper claims."""
+    """Measure what the paper claims."""
     page.heading('The paper, run again')
     figure, worst = paper_claims.friction_curve(progress)
     page.heading('Figure 3: friction', 3)
@@ -89,11 +89,11 @@ def paper(page, progress, options):
     damping, figure = paper_claims.damping_force(progress, quick=options.quick)
     page.figure(figure, 'damping force at the clamp')
     page.table('paper_damping_force', damping)
-    page.text('At a corner of the polygon the clamp\'s velocity jumps by r w^2 TS: a true jump, '
+    page.text("At a corner of the polygon the clamp's velocity jumps by r w^2 TS: a true jump, "
               'spread over one step. Newmark and HHT with an amplitude decay of 0.005 keep '
               'ringing on it, which beta_D K multiplies by about 100; an integrator that '
               'annihilates infinite frequencies (spectral radius 0) does not ring. With TS = ITS '
-              'all points lie on the circle and there are no corners. The paper\'s threshold '
+              "all points lie on the circle and there are no corners. The paper's threshold "
               'TS < 0.01 ms is its own ITS.')
     page.heading('Figure 5: both load cases', 3)
     figure, cases = paper_claims.two_load_cases(progress, quick=options.quick)
@@ -120,7 +120,7 @@ def theory(page, progress, options):
     page.heading('Resonance at odd fractions', 3)
     rows, figure = modes.odd_fractions(progress, quick=options.quick)
     page.figure(figure, 'resonance at fractions of the first frequency')
-    page.text('VAP\'s acceleration is nearly a square wave, whose harmonics are odd: near-'
+    page.text("VAP's acceleration is nearly a square wave, whose harmonics are odd: near-"
               'resonance in the strong plane at f1/3, f1/5, ... (solid lines), none at even '
               'fractions (dotted), and with the sine none at either.')
     page.table('odd_fraction_resonance', [
@@ -174,7 +174,7 @@ def stability(page, progress, options):
 
 
 def cost(page, progress, options):
-    """What each feature costs."""
+    """Measure what each feature costs."""
     page.heading('What each feature costs')
     page.text('cutting_brush, ITS 0.1 ms, with one thing changed at a time.')
     with one_core():

@@ -2,8 +2,8 @@
 Error against run time of our own settings: step, mesh, integrator, load case, adaptive steps.
 
 Every error is against a converged run of the same scene, whose own error is stated. Without
-contact it is that of the tip path; with contact also that of the normal impulse in windows of 5 ms, which
-stays meaningful where single impacts do not repeat.
+contact it is that of the tip path; with contact also that of the normal impulse in windows of
+5 ms, which stays meaningful where single impacts do not repeat.
 """
 import math
 from typing import NamedTuple
