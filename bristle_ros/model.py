@@ -70,7 +70,7 @@ def viscosity_of(scene):
 
 
 def tip_depth(scene):
-    """Return how far the lowest undeformed tip is below the mount centre, along the road normal."""
+    """Return how far the lowest undeformed tip is below the mount centre, normal to the road."""
     brush, beta = scene.brush, scene.road.attack_angle
     length = scene.bristle.length
     radius = brush.mount_radius + length * math.sin(brush.mount_angle)
@@ -155,7 +155,7 @@ def straight_nodes(scene, model):
 
 
 def start_motion(scene):
-    """Return the ramps at the start: the drive's mean speed, the sweeper's velocity, the approach."""
+    """Return the ramps at the start: mean speed, the sweeper's velocity, the approach."""
     motion = new_motion()
     motion[SPEED + 1:SPEED + 3] = scene.drive.mean_speed
     for at, value in zip((FORWARD, LEFT), scene.sweeper.velocity):

@@ -28,9 +28,9 @@ def draw(series, name, output):
             left.colorbar(lines, ax=[above, side], location='bottom', shrink=0.8, aspect=40,
                           label='normal force [N]')
         _over_time(force, series, series.normal_force, 'normal force [N]',
-                   'Normal force of the road on the brush')
+                   'Normal force, road on brush')
         _over_time(torque, series, series.torque * 1e3, 'torque [mN m]',
-                   'Torque that the drive puts on the brush')
+                   'Torque, drive on brush')
         _spectrum(spectrum, series)
         _timing(timing, series)
         for axes in (force, torque, timing):
@@ -109,8 +109,10 @@ def _look_at_the_bulk(axes, t, values):
     peak = int(values.argmax())
     if usual > 0.0 and values[peak] > 2.0 * usual:
         axes.set_ylim(min(float(values.min()), -0.05 * usual), usual)
-        axes.annotate(f'largest: {values[peak]:.3g} at {t[peak]:.4g} s', (t[peak], usual), (4, -9),
-                      textcoords='offset points', color=GREY)
+        right = t[peak] < 0.5 * (t[0] + t[-1])
+        axes.annotate(f'largest: {values[peak]:.3g} at {t[peak]:.4g} s', (t[peak], usual),
+                      (4 if right else -4, -9), textcoords='offset points', color=GREY,
+                      ha='left' if right else 'right')
 
 
 def _spectrum(axes, series):
@@ -167,12 +169,13 @@ def _timing(axes, series):
     if not len(timing.t):
         return
     axes.plot(*_envelope(timing.t, timing.value), '.', color=SMOOTH, markersize=2.0)
-    axes.set_ylim(0.0, max(1.15 * float(timing.value.max()), 1e-9))
+    real_time = np.nan_to_num(timing.real_time)
+    axes.set_ylim(0.0, max(1.15 * float(timing.value.max()), 1.3 * real_time, 1e-9))
+    _look_at_the_bulk(axes, timing.t, timing.value)
     if np.isfinite(timing.real_time):
         share = timing.value.sum() / (timing.real_time * len(timing.value))
         axes.axhline(timing.real_time, color=ACCENT, linestyle='--', linewidth=0.9,
                      label=f'real time; the run: {1.0 / share:.3g} times that fast')
-        axes.set_ylim(0.0, max(1.15 * float(timing.value.max()), 1.3 * timing.real_time))
         axes.legend(loc='lower right', bbox_to_anchor=(1.0, 0.97), borderpad=0.0)
 
 

@@ -199,8 +199,9 @@ class Simulation:
                     f'{topic}: {math.hypot(*values[:2]):g} m/s is beyond sweeper.max_speed = '
                     f'{scene.sweeper.max_speed:g} m/s')
             if abs(values[2]) > scene.sweeper.max_yaw_rate:
-                raise CommandRefused(f'{topic}: {values[2]:g} rad/s is beyond sweeper.max_yaw_rate '
-                                     f'= {scene.sweeper.max_yaw_rate:g} rad/s')
+                raise CommandRefused(
+                    f'{topic}: {values[2]:g} rad/s is beyond sweeper.max_yaw_rate = '
+                    f'{scene.sweeper.max_yaw_rate:g} rad/s')
         if topic == 'cmd_penetration' and not abs(values[0]) < self.model.drive.tip_depth:
             raise CommandRefused(f'{topic}: {values[0]:g} m; the mount is only '
                                  f'{self.model.drive.tip_depth:g} m above the undeformed tip')

@@ -211,7 +211,8 @@ def internal_forces(s, blocks, clamp, section, factor):
     for j in range(blocks):
         for row in range(7):
             for lane in range(1, ELEMENTS):
-                s[j, (FORCE + row) * LANES + ELEMENTS - 1 + lane] += s[j, (LFORCE + row) * LANES + lane]
+                s[j, (FORCE + row) * LANES + ELEMENTS - 1 + lane] += (
+                    s[j, (LFORCE + row) * LANES + lane])
             if j > 0:
                 s[j - 1, (FORCE + row) * LANES + LANES - 1] += s[j, (LFORCE + row) * LANES]
 
@@ -242,7 +243,8 @@ def predict_damping(s, blocks, section, viscosity, cv, keep, drift):
             scale = viscosity * c[row]
             for i in range(LANES):
                 s[j, (STRESS0 + row) * LANES + i] = scale * (
-                    keep * s[j, (RATE0 + row) * LANES + i] + drift * s[j, (RATEACC0 + row) * LANES + i]
+                    keep * s[j, (RATE0 + row) * LANES + i]
+                    + drift * s[j, (RATEACC0 + row) * LANES + i]
                     - cv * s[j, (STRAIN0 + row) * LANES + i])
 
 

@@ -1,8 +1,8 @@
 """
 The tip against the road: unilateral contact with Coulomb friction, one point, solved exactly.
 
-All in road axes (z the road's normal), over one step of length h from gap g0 to gap g1. The contact
-force is constant over the step, and the laws hold between force and displacement over the step:
+All in road axes (z the road's normal), over one step of length h from gap g0 to gap g1. The force
+of contact is constant over the step, and the laws hold between force and displacement over the step:
 
     spring    f_n (g1 - g0) = Phi(g0) - Phi(g1),  Phi = Kn min(g, 0)^2 / 2      (discrete gradient)
     rigid     g1 >= 0,  f_n >= 0,  f_n g1 = 0
@@ -183,7 +183,9 @@ def _checked(law, w, base, force, state):
 @jit
 def solve_contact(law, h, w, gap0, base, guess, force):
     """
-    Solve the one-point contact problem of a step; fill `force` [N] (3,), return its state: OPEN ... UNSOLVED.
+    Solve the one-point contact problem of a step: fill `force` [N] (3,), return its state.
+
+    The state is OPEN, SLIP, STICK, or UNSOLVED where no force satisfies the laws.
 
     w [m/N] : (3, 3)      compliance of the tip: displacement over the step per unit of force
     gap0 [m] : float      gap at the start of the step

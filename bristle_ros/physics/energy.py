@@ -14,7 +14,7 @@ from .tip import FORCE, GAP, rotate_back, SLIP_MOVED, STATE
 
 DISSIPATED = 0
 WORK = 1
-INJECTED = 2    # the most that contact has put into the bristle in one step, beyond the road's work
+INJECTED = 2    # the most that contact put into the bristle in a step, beyond the road's work
 AUDIT = 3
 
 
@@ -65,7 +65,9 @@ def _frame_work(s, j, i, start, end):
     for when in range(2):
         frame = start if when == 0 else end
         row = X0 if when == 0 else X
-        x1, x2, x3 = s[j, row * LANES + i], s[j, (row + 1) * LANES + i], s[j, (row + 2) * LANES + i]
+        x1 = s[j, row * LANES + i]
+        x2 = s[j, (row + 1) * LANES + i]
+        x3 = s[j, (row + 2) * LANES + i]
         o1, o2, o3 = frame[SPIN], frame[SPIN + 1], frame[SPIN + 2]
         d1, d2, d3 = frame[SPIN_RATE], frame[SPIN_RATE + 1], frame[SPIN_RATE + 2]
         ox = o1 * x1 + o2 * x2 + o3 * x3
@@ -92,7 +94,8 @@ def account_step(model, law, viscosity, audit, s, tip, frames, cv, keep, drift, 
                 drag = 0.0
                 for row in range(3):
                     u = s[j, (X + row) * LANES + i] - s[j, (X0 + row) * LANES + i]
-                    drag += u * (s[j, (V0 + row) * LANES + i] + cv * u + s[j, (HV + row) * LANES + i])
+                    drag += u * (s[j, (V0 + row) * LANES + i] + cv * u
+                                 + s[j, (HV + row) * LANES + i])
                 dissipated += 0.5 * model.mass_damping * s[j, MASS * LANES + i] * drag
     if viscosity is not None:
         c = stiffness(model.section)

@@ -1,4 +1,4 @@
-"""Static equilibrium in a frame that turns steadily, friction off: pseudo-transient continuation."""
+"""Static equilibrium in a steadily turning frame, friction off: pseudo-transient continuation."""
 from .beam import internal_forces
 from .chain import (CORNER, eliminate, factorise, INVERSE, load_residual, OK, store_increments,
                     substitute)
@@ -56,9 +56,9 @@ def settle(model, law, s, chain, tip, frame, load, scratch):
 
     frame : (FRAME,)    frame record; its spin acts, its spin rate should be zero
     load [N, N m] : (6,)    extra force (brush axes) and moment (section axes) at the tip
-    Each pseudo step solves mass / tau^2 (x - x0) = force(x) and tau grows, so the way leads downhill
-    in energy past limit points, and the last steps are Newton's own. A road that starts above the tip
-    rises to its height (in `frame`) meanwhile.
+    Each pseudo step solves mass / tau^2 (x - x0) = force(x) and tau grows, so the way leads
+    downhill in energy past limit points, and the last steps are Newton's own. A road that starts
+    above the tip rises to its height (in `frame`) meanwhile.
     tip : FORCE (normal component) and GAP are filled.
     """
     elements, blocks = model.elements, model.blocks
@@ -69,8 +69,9 @@ def settle(model, law, s, chain, tip, frame, load, scratch):
             for i in range(LANES):
                 s[j, (HA + row) * LANES + i] = 0.0
                 s[j, (HV + row) * LANES + i] = 0.0
-    _, _, tip_height = rotate(frame, ROTATION, s[tip_block, X * LANES + lane], s[tip_block, (X + 1) * LANES + lane],
-                              s[tip_block, (X + 2) * LANES + lane])
+    _, _, tip_height = rotate(
+        frame, ROTATION, s[tip_block, X * LANES + lane], s[tip_block, (X + 1) * LANES + lane],
+        s[tip_block, (X + 2) * LANES + lane])
     target = frame[HEIGHT]
     frame[HEIGHT] = max(target, -tip_height)
     tau = FIRST
@@ -86,14 +87,16 @@ def settle(model, law, s, chain, tip, frame, load, scratch):
         force0 = tip[FORCE + 2]
         converged = False
         size = 0.0
-        for iteration in range(ITERATIONS):
+        for _ in range(ITERATIONS):
             internal_forces(s, blocks, frame[CLAMP:], model.section, 1.0)
             residual(s, blocks, ca, 0.0, 0.0, frame)
             if factorise(s, elements, model.section, 1.0, ca, frame[SPIN:], frame[SPIN_RATE:],
                          0.0, chain, scratch.work) != OK:
                 break
-            q0, q1, q2, q3 = (s[tip_block, Q * LANES + lane], s[tip_block, (Q + 1) * LANES + lane],
-                              s[tip_block, (Q + 2) * LANES + lane], s[tip_block, (Q + 3) * LANES + lane])
+            q0 = s[tip_block, Q * LANES + lane]
+            q1 = s[tip_block, (Q + 1) * LANES + lane]
+            q2 = s[tip_block, (Q + 2) * LANES + lane]
+            q3 = s[tip_block, (Q + 3) * LANES + lane]
             f1, f2, f3 = load[0], load[1], load[2]
             if law is not None:
                 n1, n2, n3 = rotate_back(frame, ROTATION, 0.0, 0.0, tip[FORCE + 2])

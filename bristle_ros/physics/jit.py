@@ -31,6 +31,6 @@ def _cache_directory():
 
 numba.config.CACHE_DIR = str(_cache_directory())
 
-# 'contract' fuses multiply-add, 'nsz' and 'arcp' free the vectoriser; NaN and infinity stay honest.
+# 'contract' fuses multiply-add, 'nsz' and 'arcp' free the vectoriser; NaN and inf stay honest.
 # error_model: the division check of Python is a branch, and a branch stops the vectoriser.
 jit = numba.njit(cache=True, nogil=True, error_model='numpy', fastmath={'contract', 'nsz', 'arcp'})

@@ -42,8 +42,8 @@ TOTALS = 18
 @jit
 def clamp_reaction(s, clamp):
     """Return the force and moment that the clamped node takes, brush axes, from the left rows."""
-    y0, y1, y2, y3 = (s[0, LTORQUE * LANES], s[0, (LTORQUE + 1) * LANES], s[0, (LTORQUE + 2) * LANES],
-                      s[0, (LTORQUE + 3) * LANES])
+    y0, y1, y2, y3 = (s[0, LTORQUE * LANES], s[0, (LTORQUE + 1) * LANES],
+                      s[0, (LTORQUE + 2) * LANES], s[0, (LTORQUE + 3) * LANES])
     q0, q1, q2, q3 = clamp[3], clamp[4], clamp[5], clamp[6]
     # Y conj(q) is the moment in brush axes: q (conj(q) Y) conj(q)
     m1 = -y0 * q1 + y1 * q0 - y2 * q3 + y3 * q2
@@ -108,8 +108,9 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
         turn_frame(frame, ca, sa, own)
         own_frame(model, state.motion, model.azimuth[bristle], t, scratch, driven)
         clamp = driven[CLAMP:]
-        x1, x2, x3 = turned(c_back, s_back, s[block, X * LANES + lane], s[block, (X + 1) * LANES + lane],
-                            s[block, (X + 2) * LANES + lane])
+        x1, x2, x3 = turned(
+            c_back, s_back, s[block, X * LANES + lane], s[block, (X + 1) * LANES + lane],
+            s[block, (X + 2) * LANES + lane])
         _put_turned(row, POSITION, ca, sa, x1, x2, x3)
         row[POSITION_ROAD], row[POSITION_ROAD + 1], row[POSITION_ROAD + 2] = rotate(
             own, ROTATION, x1, x2, x3)

@@ -12,10 +12,11 @@ holds the equation of motion exactly at the step's end, a1 = M^-1 f(x1, v1, t1).
     a1 = ca u - HA,  v1 = cv u + HV,  ca = (1 - alpha_m) / ((1 - alpha_f) beta h^2),
     cv = gamma / (beta h).
 
-The contact force f, constant over the step, enters as an impulse and not through the accelerations,
-which would remember it: u gains h^2 f / (2 m) and v1 gains h f / m. With these weights its work is
-never positive for any spectral radius, step and damping (test_passivity.py): they are the only ones
-of their kind of which that is true.
+The contact force f, constant over the step, enters as an impulse and not through the
+accelerations, which would remember it: u gains h^2 f / (2 m) and v1 gains h f / m. With these
+weights its work is never positive, for any spectral radius, step and beta_D (test_passivity.py);
+with others it is. Mass damping, at nodal velocities, breaks that by less than 4e-8 of the largest
+response where alpha_D h is below 1e-4, ten times the paper's at 0.1 ms.
 """
 from typing import NamedTuple
 

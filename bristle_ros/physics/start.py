@@ -16,10 +16,11 @@ def _nudge(s, j, half, spin, rate):
     for i in range(LANES):
         x1, x2 = s[j, X * LANES + i], s[j, (X + 1) * LANES + i]
         s[j, X * LANES + i] += half * (s[j, ACC0 * LANES + i] + spin * spin * x1 + rate * x2)
-        s[j, (X + 1) * LANES + i] += half * (s[j, (ACC0 + 1) * LANES + i] + spin * spin * x2 - rate * x1)
+        s[j, (X + 1) * LANES + i] += half * (
+            s[j, (ACC0 + 1) * LANES + i] + spin * spin * x2 - rate * x1)
         s[j, (X + 2) * LANES + i] += half * s[j, (ACC0 + 2) * LANES + i]
-        q0, q1, q2, q3 = (s[j, Q * LANES + i], s[j, (Q + 1) * LANES + i], s[j, (Q + 2) * LANES + i],
-                          s[j, (Q + 3) * LANES + i])
+        q0, q1, q2, q3 = (s[j, Q * LANES + i], s[j, (Q + 1) * LANES + i],
+                          s[j, (Q + 2) * LANES + i], s[j, (Q + 3) * LANES + i])
         t1 = 0.5 * half * (s[j, (ACC0 + 3) * LANES + i] - rate * 2.0 * (q1 * q3 - q0 * q2))
         t2 = 0.5 * half * (s[j, (ACC0 + 4) * LANES + i] - rate * 2.0 * (q2 * q3 + q0 * q1))
         t3 = 0.5 * half * (s[j, (ACC0 + 5) * LANES + i]
@@ -34,8 +35,8 @@ def _nudge(s, j, half, spin, rate):
 def _turn_rigidly(s, j, spin):
     """Give the nodes of a block the velocities of a rigid turn about the brush axis."""
     for i in range(LANES):
-        q0, q1, q2, q3 = (s[j, Q * LANES + i], s[j, (Q + 1) * LANES + i], s[j, (Q + 2) * LANES + i],
-                          s[j, (Q + 3) * LANES + i])
+        q0, q1, q2, q3 = (s[j, Q * LANES + i], s[j, (Q + 1) * LANES + i],
+                          s[j, (Q + 2) * LANES + i], s[j, (Q + 3) * LANES + i])
         s[j, V0 * LANES + i] = -spin * s[j, (X + 1) * LANES + i]
         s[j, (V0 + 1) * LANES + i] = spin * s[j, X * LANES + i]
         s[j, (V0 + 3) * LANES + i] = spin * 2.0 * (q1 * q3 - q0 * q2)
@@ -48,8 +49,8 @@ def initialise(model, viscosity, state, scratch):
     """
     Fill the accelerations that the equation of motion gives for the present positions, velocities.
 
-    X, Q, X0, Q0 are given; V0, W0 become those of a rigid turn with the brush. ACC0 and A0 follow, and with damping the strains and their
-    second derivative.
+    X, Q, X0, Q0 are given; V0, W0 become those of a rigid turn with the brush. ACC0 and A0 follow,
+    and with damping the strains and their second derivative.
     """
     frame = scratch.frames[0]
     for bristle in range(model.bristles):
@@ -107,7 +108,8 @@ def initialise(model, viscosity, state, scratch):
                 for row in range(6):
                     for i in range(LANES):
                         s[j, (RATEACC0 + row) * LANES + i] = (
-                            s[j, (STRAIN + row) * LANES + i] - s[j, (STRAIN0 + row) * LANES + i]) / half
+                            s[j, (STRAIN + row) * LANES + i]
+                            - s[j, (STRAIN0 + row) * LANES + i]) / half
                 for row in range(7):
                     for i in range(LANES):
                         s[j, (X + row) * LANES + i] = s[j, (X + 7 + row) * LANES + i]

@@ -11,12 +11,12 @@ from math import sqrt
 from .beam import accept_damping, internal_forces, predict_damping
 from .chain import eliminate, factorise, load_residual, OK, store_increments, substitute
 from .energy import account_step, DISSIPATED
-from .frame import CLAMP, drive_clamp, frame_at, SPIN, SPIN_RATE, turn_frame
+from .frame import CLAMP, drive_clamp, frame_at, ROTATION, SPIN, SPIN_RATE, turn_frame
 from .jit import jit
-from .layout import ELEMENTS, LANES, Q, R, X, X0
+from .layout import ELEMENTS, LANES, MASS, Q, R, X, X0
 from .loads import accept_step, begin_step, local_error, rescale_memory, residual
 from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, finish_contact, FORCE,
-                  GAP, IMPULSE, LEVEL, MATRIX_STEP, STATE, STEP)
+                  GAP, IMPULSE, LEVEL, MATRIX_STEP, rotate_back, STATE, STEP)
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.4              # contraction above which the matrix is factorised anew
@@ -42,7 +42,7 @@ COUNTS = 4
 
 @jit
 def move_nodes(s, blocks, element_length):
-    """Apply the increments in the residual rows; return the largest, to element length and 1 rad."""
+    """Apply the increments in the residual rows; return the largest (element length, 1 rad)."""
     largest = 0.0
     inverse = 1.0 / element_length
     for j in range(blocks):
@@ -86,7 +86,7 @@ def move_nodes(s, blocks, element_length):
 @jit
 def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratch, h, shortest):
     """
-    Advance one bristle by one step of length h; return OK or why it failed (then nothing moved on).
+    Advance one bristle by one step of length h; return OK, or why it failed and stays as it was.
 
     model : Model             constants; law : ContactLaw or None; viscosity [s] : float or None
     audit : (AUDIT,)          energy accounts, kept where model.accounting
@@ -167,7 +167,11 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
             status = OK
             break
     if status == OK:
-        tip[ESTIMATE] = local_error(s, blocks, h, scheme)
+        p1, p2, p3 = rotate_back(frames[1], ROTATION, tip[FORCE] - old1, tip[FORCE + 1] - old2,
+                                 tip[FORCE + 2] - old3)
+        inverse = 1.0 / s[block, MASS * LANES + lane]
+        tip[ESTIMATE] = local_error(s, blocks, h, scheme, block, lane, p1 * inverse, p2 * inverse,
+                                    p3 * inverse)
         if model.local_error > 0.0 and tip[ESTIMATE] > model.local_error and h > shortest:
             status = TOO_INACCURATE
     if status != OK:
@@ -220,7 +224,8 @@ def keep_copy(source, into):
 
 
 @jit
-def whole_step(model, law, viscosity, audit, motion, azimuth, s, chain, tip, counts, scratch, step):
+def whole_step(model, law, viscosity, audit, motion, azimuth, s, chain, tip, counts, scratch,
+               step):
     """
     Advance one bristle over one integration step, in halves of halves where Newton fails.
 
@@ -269,7 +274,7 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, chain, tip, cou
 @jit
 def advance(model, law, viscosity, state, scratch, steps):
     """
-    Advance all bristles by `steps` integration steps in place; return 0, or the status of a failure.
+    Advance all bristles by `steps` integration steps in place; return 0 or a failure's status.
 
     On failure the state is the one at the start of the failed step, whose number is state.step[0];
     state.step[1] is then the bristle.

@@ -57,7 +57,9 @@ def _point_hessian(nodes, block, lane, c_material, a):
     k1 = (p0 * d1 - d0 * p1 - p2 * d3 + p3 * d2) * inverse
     k2 = (p0 * d2 - d0 * p2 - p3 * d1 + p1 * d3) * inverse
     k3 = (p0 * d3 - d0 * p3 - p1 * d2 + p2 * d1) * inverse
-    x1, x2, x3 = nodes[block, DX * LANES + lane], nodes[block, (DX + 1) * LANES + lane], nodes[block, (DX + 2) * LANES + lane]
+    x1 = nodes[block, DX * LANES + lane]
+    x2 = nodes[block, (DX + 1) * LANES + lane]
+    x3 = nodes[block, (DX + 2) * LANES + lane]
     two = 2.0 * inverse
     c1 = (x1 * (1.0 - two * (p2 * p2 + p3 * p3)) + x2 * two * (p1 * p2 + p0 * p3)
           + x3 * two * (p1 * p3 - p0 * p2))
@@ -67,8 +69,9 @@ def _point_hessian(nodes, block, lane, c_material, a):
           + x3 * (1.0 - two * (p1 * p1 + p2 * p2)))
     n1, n2, n3 = (nodes[block, STRESS * LANES + lane], nodes[block, (STRESS + 1) * LANES + lane],
                   nodes[block, (STRESS + 2) * LANES + lane])
-    m1, m2, m3 = (nodes[block, (STRESS + 3) * LANES + lane], nodes[block, (STRESS + 4) * LANES + lane],
-                  nodes[block, (STRESS + 5) * LANES + lane])
+    m1 = nodes[block, (STRESS + 3) * LANES + lane]
+    m2 = nodes[block, (STRESS + 4) * LANES + lane]
+    m3 = nodes[block, (STRESS + 5) * LANES + lane]
     for i in range(66):
         a[FIRST + i] = 0.0
     for i in range(3):
@@ -181,8 +184,8 @@ def element_tangent(nodes, block, element, section, factor, a):
     """
     Fill ELEMENT of the scratch array `a` with the tangent of `element` (0-3) of the block.
 
-    Rows and columns: (displacement, rotation) of left, mid and right node, section axes each. It is
-    the derivative of FORCE turned into the nodes' axes and of the moment at fixed TORQUE frame;
+    Rows and columns: (displacement, rotation) of left, mid and right node, section axes each. It
+    is the derivative of FORCE turned into the nodes' axes and of the moment at fixed TORQUE frame;
     what the turning of the moment's own axes adds is `moment_tangent`, for each node once.
     The strains, stresses and P, DP, DX of the block must be those of the present state.
     factor : float    as in `section_forces`, times which damping stiffens the material part
@@ -200,13 +203,11 @@ def element_tangent(nodes, block, element, section, factor, a):
         for row in range(4):
             inverse += nodes[block, (P + row) * LANES + lane] ** 2
         inverse = 1.0 / inverse
-        _relative_rotation(nodes, block, lane, inverse, nodes[block, LQ * LANES + element],
-                           nodes[block, (LQ + 1) * LANES + element], nodes[block, (LQ + 2) * LANES + element],
-                           nodes[block, (LQ + 3) * LANES + element], a, 0)
-        for node in range(1, 3):
-            at = element + ELEMENTS * (node - 1)
-            _relative_rotation(nodes, block, lane, inverse, nodes[block, Q * LANES + at], nodes[block, (Q + 1) * LANES + at],
-                               nodes[block, (Q + 2) * LANES + at], nodes[block, (Q + 3) * LANES + at], a, node)
+        at = (LQ * LANES + element, Q * LANES + element, Q * LANES + ELEMENTS + element)
+        for node in range(3):
+            _relative_rotation(nodes, block, lane, inverse, nodes[block, at[node]],
+                               nodes[block, at[node] + LANES], nodes[block, at[node] + 2 * LANES],
+                               nodes[block, at[node] + 3 * LANES], a, node)
         if point == 0:
             shapes = (N_NEAR, N_MID, N_FAR)
             slopes = (scale * D_NEAR, scale * D_MID, scale * D_FAR)

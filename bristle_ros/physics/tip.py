@@ -147,16 +147,18 @@ def finish_contact(s, j, lane, law, h, end, tip):
     Stop the tip where the contact holds it at the step's end: a plastic impact of the tip's mass.
 
     A contact that holds for the whole step fixes the mean velocity of the tip over the step; what
-    its node keeps on top of that would swing for ever. The impulse that takes it away is bounded so
-    that force and impulse together stay in the friction cone; it only removes kinetic energy, which
-    is returned [J]. Velocities: V0 of the tip, already those of the step's end.
+    its node keeps on top of that would swing for ever. The impulse that takes it away is bounded
+    so that force and impulse together stay in the friction cone; it only removes kinetic energy,
+    which is returned [J]. Velocities: V0 of the tip, already those of the step's end.
     """
     if tip[STATE] == OPEN or tip[GAP] > 0.0 and law.stiffness > 0.0:
         return 0.0
     normal = tip[FORCE + 2]
     if law.stiffness == 0.0 and normal <= 0.0:
         return 0.0
-    x1, x2, x3 = s[j, X0 * LANES + lane], s[j, (X0 + 1) * LANES + lane], s[j, (X0 + 2) * LANES + lane]
+    x1 = s[j, X0 * LANES + lane]
+    x2 = s[j, (X0 + 1) * LANES + lane]
+    x3 = s[j, (X0 + 2) * LANES + lane]
     o1, o2, o3 = end[SPIN], end[SPIN + 1], end[SPIN + 2]
     r1, r2, r3 = rotate(end, ROTATION, s[j, V0 * LANES + lane] + o2 * x3 - o3 * x2,
                         s[j, (V0 + 1) * LANES + lane] + o3 * x1 - o1 * x3,
