@@ -61,6 +61,15 @@ def tilted_sweep(its=2e-5, stiffness=1e4, damping=0.0, viscosity=0.0, friction=(
         sweeper=Sweeper(velocity=(1.5, 0.0)), solver=Solver(integration_time_step=its, **solver))
 
 
+def sliding_sweep(its=1e-4, viscosity=1e-3, **solver):
+    """The scene config/cutting_brush.yaml."""
+    return Scene(
+        brush=Brush(mount_angle=MOUNT_ANGLE), road=Road(penetration=0.02, approach_time=0.2),
+        contact=Contact(normal_stiffness=1e5), damping=Damping(mass=0.1, stiffness=viscosity),
+        drive=Drive(profile='constant', mean_speed=100.0 * RPM),
+        solver=Solver(integration_time_step=its, **solver))
+
+
 class Run(NamedTuple):
     """What a run left behind, one row a sample, all of bristle 0."""
 
