@@ -170,8 +170,12 @@ def make_case(name, base, changes, duration, commands=()):
 
 
 def _spell(changes):
-    return ', '.join(f'{key.partition(".")[2] or key} {_short(value)}'
-                     for key, value in changes.items())
+    return ', '.join(f'{spell_key(key)} {_short(value)}' for key, value in changes.items())
+
+
+def spell_key(key):
+    """Return a key's last part, or the paper's name where that part says too little."""
+    return {'damping.stiffness': 'beta_D'}.get(key, key.rpartition('.')[2])
 
 
 def _short(value):

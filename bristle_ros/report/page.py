@@ -110,6 +110,17 @@ def new_figure(columns=1, rows=1, width=9.0, height=3.6):
     return pyplot.subplots(rows, columns, figsize=(width, height * rows), squeeze=False)
 
 
+def whole_decades(panel):
+    """Let both logarithmic axes of a panel end at decades, and label these alone."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+    for axis, (low, high), limit in ((panel.xaxis, panel.get_xlim(), panel.set_xlim),
+                                     (panel.yaxis, panel.get_ylim(), panel.set_ylim)):
+        limit(10.0 ** math.floor(math.log10(low) + 0.02), 10.0 ** math.ceil(
+            math.log10(high) - 0.02))
+        axis.set_major_locator(LogLocator(numticks=12))
+        axis.set_minor_formatter(NullFormatter())
+
+
 class Progress:
     """Says on stderr what is going on: one line that changes on a terminal, else a line each."""
 

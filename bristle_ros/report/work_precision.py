@@ -8,7 +8,7 @@ contact it is that of the tip path; with contact also that of the normal impulse
 import math
 from typing import NamedTuple
 
-from bristle_ros.report.page import new_figure
+from bristle_ros.report.page import new_figure, whole_decades
 from bristle_ros.report.peer_scenes import our_scene, RPM
 from bristle_ros.report.runs import impulse_error, run, tip_error
 from bristle_ros.scene import Contact, Damping, Drive, Road, Run, Scene, Solver
@@ -149,7 +149,6 @@ def _draw_panel(panel, name, rows, key):
         points = [row for row in rows if row['family'] == family and _positive(row.get(key))]
         if not points:
             continue
-        points.sort(key=lambda row: row['wall_per_simulated_s'])
         panel.loglog([p['wall_per_simulated_s'] for p in points], [p[key] for p in points],
                      marker=marker, color=colour, ls='-' if family == 'step' else 'none', ms=5,
                      label={'step': 'step (12 elements, rho 0.8)'}.get(family, family))
@@ -162,6 +161,6 @@ def _draw_panel(panel, name, rows, key):
     panel.axvline(1.0, color='k', lw=0.8)
     panel.set_title(name)
     panel.set_xlabel('wall seconds per simulated second')
-    panel.margins(x=0.12, y=0.12)
+    whole_decades(panel)
 
 
