@@ -8,7 +8,7 @@ from .physics.chain import chain_work, RECORD
 from .physics.contact import ContactLaw
 from .physics.drive import CONSTANT, SINE, VAP
 from .physics.energy import AUDIT
-from .physics.frame import APPROACHING, Drive, FORWARD, FRAME, LEFT, new_motion, SPEED
+from .physics.frame import APPROACHING, BASICS, Drive, FORWARD, FRAME, LEFT, new_motion, SPEED
 from .physics.layout import (BLOCK, block_count, ELEMENTS, INERTIA, LANES, MASS, Q, Q0, ROWS,
                              WEIGHT, X, X0)
 from .physics.records import Model, Scratch, State
@@ -122,7 +122,7 @@ def build_model(scene, *, accounting=False):
 def new_scratch(model):
     """Return the room that kernels work in."""
     return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
-                   np.zeros((2, 13)), np.zeros((model.blocks, BLOCK)), np.zeros(TIP))
+                   np.zeros((2, BASICS)), np.zeros((model.blocks, BLOCK)), np.zeros(TIP))
 
 
 def straight_nodes(scene, model):

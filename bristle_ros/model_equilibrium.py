@@ -27,7 +27,7 @@ def settle_state(scene, model, state, scratch):
     """
     Move all bristles of `state` to equilibrium at time 0 of its motion; friction off.
 
-    The brush turns steadily with the drive's speed at t = 0. Raises SceneError where none is found.
+    The brush turns steadily at the drive's speed at t = 0. Raises SceneError where none is found.
     Leaves the tips' normal forces in the state.
     """
     law = contact_law(scene)

@@ -8,7 +8,7 @@ from .model import (build_model, build_state, check_start, contact_law, new_scra
                     turn_nodes, viscosity_of)
 from .model_equilibrium import settle_state
 from .physics import output
-from .physics.drive import RAMP, ramp_at
+from .physics.drive import RAMP, ramp_at as compiled_ramp_at
 from .physics.frame import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, ROTATION, SPEED, YAW)
 from .physics.layout import ELEMENTS, LANES, ROWS, X
 from .physics.start import initialise
@@ -24,6 +24,9 @@ REASONS = {
     TOO_INACCURATE: 'the local error stayed above solver.error_tolerance',
 }
 
+
+# A few commands a second are not worth a compiled function that has to be loaded.
+ramp_at = getattr(compiled_ramp_at, 'py_func', compiled_ramp_at)
 
 SLACK = 2e-5    # of an integration step, when a time is compared with a ramp's end
 

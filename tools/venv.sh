@@ -23,6 +23,14 @@ find_python() {
     return 1
 }
 
+install() {
+    # Twice quiet: errors, but not what old versions of pip say about old ways of packaging.
+    (cd "$here" && "$python" -m pip install --quiet --quiet --disable-pip-version-check "$@") || {
+        echo "bristle_ros: pip could not install $*: is a package index reachable?" >&2
+        exit 2
+    }
+}
+
 prepare_venv() {
     stamp=$here/.venv/$1
     shift
@@ -46,14 +54,16 @@ prepare_venv() {
         for file in "$@"; do
             options="$options --requirement $file"
         done
-        # Twice quiet: errors, but not what old versions of pip say about old ways of packaging.
+        # The default scene compiles (most of a minute of one core, once) while pip fetches ROS.
+        grep -v '^ros-' "$here/requirements.txt" > "$here/.venv/without-ros.txt"
+        install --requirement "$here/.venv/without-ros.txt"
+        (cd "$here" && "$python" -m bristle_ros simulate config/cutting_brush.yaml \
+            --duration 0.005 > /dev/null 2>&1) &
         # Names of requirement files hold no spaces, and are relative to the checkout.
-        (cd "$here" && "$python" -m pip install --quiet --quiet --disable-pip-version-check $options) || {
-            echo "bristle_ros: pip could not install $*: is a package index reachable?" >&2
-            exit 2
-        }
+        install $options
+        wait
         echo "$wanted $(readlink -f "$python")" > "$stamp"
-        echo "bristle_ros: installed in $(($(date +%s) - began)) s" >&2
+        echo "bristle_ros: installed and compiled in $(($(date +%s) - began)) s" >&2
     fi
     # What the wheels do not set: where messages lie, and the one middleware there is a wheel of.
     export AMENT_PREFIX_PATH="$here/.venv" RMW_IMPLEMENTATION=rmw_fastrtps_cpp

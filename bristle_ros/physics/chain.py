@@ -167,23 +167,25 @@ def factorise(s, elements, section, factor, mass_factor, spin, spin_rate, cv, ch
         j = e // ELEMENTS
         lane = e % ELEMENTS
         element_tangent(s, j, lane, section, factor, work)
-        _add_node(s, j, lane, work, 6, mass_factor, spin, spin_rate, cv)
-        _add_node(s, j, ELEMENTS + lane, work, 12, mass_factor, spin, spin_rate, cv)
+        for node in range(2):
+            _add_node(s, j, lane + ELEMENTS * node, work, 6 + 6 * node, mass_factor, spin,
+                      spin_rate, cv)
         for row in range(6):
             for col in range(6):
                 work[_A + 6 * row + col] = work[ELEMENT + 18 * (6 + row) + 6 + col]
         if invert(work, _A) != OK:
             return SINGULAR
         _store(chain, e, MID_INVERSE, work, _A)
-        _times_scratch(work, 0, 6, _A, chain, e, LEFT_MID)
-        _times_scratch(work, 12, 6, _A, chain, e, RIGHT_MID)
-        _scratch_times(work, _A, 6, 0, chain, e, MID_LEFT)
-        _scratch_times(work, _A, 6, 12, chain, e, MID_RIGHT)
-        _subtract_condensed(work, 12, 12, chain, e, RIGHT_MID)
+        for side in range(2):
+            _times_scratch(work, 12 * side, 6, _A, chain, e,
+                           LEFT_MID + (RIGHT_MID - LEFT_MID) * side)
+            _scratch_times(work, _A, 6, 12 * side, chain, e,
+                           MID_LEFT + (MID_RIGHT - MID_LEFT) * side)
+        for row_side in range(2):
+            for col_side in range(2):
+                _subtract_condensed(work, 12 * row_side, 12 * col_side, chain, e,
+                                    LEFT_MID + (RIGHT_MID - LEFT_MID) * row_side)
         if e > 0:
-            _subtract_condensed(work, 0, 0, chain, e, LEFT_MID)
-            _subtract_condensed(work, 0, 12, chain, e, LEFT_MID)
-            _subtract_condensed(work, 12, 0, chain, e, RIGHT_MID)
             for row in range(6):
                 for col in range(6):
                     work[_D + 6 * row + col] += work[ELEMENT + 18 * row + col]

@@ -2,7 +2,7 @@
 The tip against the road: unilateral contact with Coulomb friction, one point, solved exactly.
 
 All in road axes (z the road's normal), over one step of length h from gap g0 to gap g1. The force
-of contact is constant over the step, and the laws hold between force and displacement over the step:
+is constant over the step, and the laws hold between it and the displacement over the step:
 
     spring    f_n (g1 - g0) = Phi(g0) - Phi(g1),  Phi = Kn min(g, 0)^2 / 2      (discrete gradient)
     rigid     g1 >= 0,  f_n >= 0,  f_n g1 = 0

@@ -21,8 +21,8 @@ def ramp_at(ramp, at, t):
     Return value, rate and integral at time t of the ramp stored at ramp[at:at + RAMP].
 
     The value moves linearly from ramp[at + 1] to ramp[at + 2] in ramp[at + 3] seconds, then stays.
-    At the ramp's end, to within ramp[at + 5] seconds, the rate is the one before it: a step that ends
-    there has felt it.
+    At the ramp's end, to within ramp[at + 5] seconds, the rate is the one before it: a step that
+    ends there has felt it.
     """
     tau = t - ramp[at]
     change = ramp[at + 2] - ramp[at + 1]

@@ -40,8 +40,11 @@ LEFT = 4 * RAMP
 APPROACHING = 5 * RAMP      # 1 until the first command to the road
 MOTION = APPROACHING + 1
 
-# what is linear between load steps
-_BASIC = 13
+# basics: what the frame is made of, linear between load steps (twelve numbers), then the ramps'
+# value, rate and integral
+RAMPS = 5
+_RAMPED = 12
+BASICS = _RAMPED + 3 * RAMPS
 
 
 class Drive(NamedTuple):
@@ -67,18 +70,19 @@ class Drive(NamedTuple):
 @jit
 def _basics_at(t, drive, motion, out):
     """Fill the scalars that the frame is made of, at time t."""
-    mean, mean_rate, turned = ramp_at(motion, SPEED, t)
+    for i in range(RAMPS):
+        out[_RAMPED + 3 * i], out[_RAMPED + 3 * i + 1], out[_RAMPED + 3 * i + 2] = ramp_at(
+            motion, RAMP * i, t)
     angle, speed, acceleration = profile_at(t, drive.profile, drive.alternating_speed,
                                             drive.frequency, drive.shape)
-    out[0] = drive.start_angle + turned + angle
-    out[1] = mean + speed
-    out[2] = mean_rate + acceleration
-    yaw, yaw_rate, heading = ramp_at(motion, YAW, t)
-    out[3] = heading
-    out[4] = yaw
-    out[5] = yaw_rate
-    out[6], out[7], _ = ramp_at(motion, FORWARD, t)
-    out[8], out[9], _ = ramp_at(motion, LEFT, t)
+    out[0] = drive.start_angle + out[_RAMPED + 2] + angle
+    out[1] = out[_RAMPED] + speed
+    out[2] = out[_RAMPED + 1] + acceleration
+    out[3] = out[_RAMPED + 5]
+    out[4] = out[_RAMPED + 3]
+    out[5] = out[_RAMPED + 4]
+    out[6], out[7] = out[_RAMPED + 9], out[_RAMPED + 10]
+    out[8], out[9] = out[_RAMPED + 12], out[_RAMPED + 13]
     if motion[APPROACHING] > 0.0:
         if t < drive.approach_time:
             s = t / drive.approach_time
@@ -88,7 +92,7 @@ def _basics_at(t, drive, motion, out):
             depth = drive.penetration
             rate = 0.0
     else:
-        depth, rate, _ = ramp_at(motion, PENETRATION, t)
+        depth, rate = out[_RAMPED + 6], out[_RAMPED + 7]
     out[10] = drive.tip_depth - depth
     out[11] = -rate
 
@@ -101,7 +105,7 @@ def frame_at(t, drive, displacement, motion, basics, frame):
     displacement : bool    the frame is the mount's and does not turn with the brush (the
                            displacement load case moves the clamp instead, `drive_clamp`)
 
-    motion : (MOTION,), basics : (2, 13) scratch, frame : (FRAME,)
+    motion : (MOTION,), basics : (2, BASICS) scratch, frame : (FRAME,)
     With load steps (time_step > 0) the basics are linear between multiples of time_step: OMEGA,
     DOMEGA and the motion of the paper's pilot node, ramped. THETA and OMEGA stay exact.
     """
@@ -114,7 +118,7 @@ def frame_at(t, drive, displacement, motion, basics, frame):
         if part > 1e-9:
             _basics_at(n * drive.time_step, drive, motion, basics[0])
             _basics_at((n + 1.0) * drive.time_step, drive, motion, basics[1])
-            for i in range(_BASIC):
+            for i in range(_RAMPED):
                 basics[0, i] += part * (basics[1, i] - basics[0, i])
     else:
         _basics_at(t, drive, motion, basics[0])

@@ -2,8 +2,8 @@
 Where a bristle's numbers lie: blocks of four elements, eight lanes wide.
 
 One block holds four elements in one flat row of numbers, as rows of eight lanes at offsets that
-the compiler knows; that is what lets it prove that rows don't overlap and vectorise every loop over
-lanes.
+the compiler knows; that is what lets it prove that rows don't overlap, and vectorise every loop
+over lanes.
 
 Node rows: lanes 0-3 are the four mid nodes, lanes 4-7 the four right corner nodes.
 Point rows: lanes 0-3 are the first Gauss points of the four elements, lanes 4-7 the second ones.

@@ -48,6 +48,6 @@ class Scratch(NamedTuple):
     contact: np.ndarray         # (5, 3)
     frames: np.ndarray          # (3, FRAME)
     frame: np.ndarray           # (FRAME,)
-    basics: np.ndarray          # (2, 13)
+    basics: np.ndarray          # (2, BASICS)
     saved: np.ndarray           # (blocks, BLOCK)
     saved_tip: np.ndarray       # (TIP,)

@@ -160,8 +160,8 @@ def two_load_cases(progress, *, quick=False):
         for panel in panels:
             panel.set_title(title)
             panel.set_xlabel('time [s]')
-            panel.margins(y=0.22)
-            panel.legend(loc='upper left')
+        panels[0].margins(y=0.25)
+        panels[0].legend(loc='upper left')      # the colours of both panels
         one, other = paths['inertia'], paths['displacement']
         touched = np.flatnonzero(one.impulse[:, 2] > 0.0)
         rows.append({

@@ -5,6 +5,8 @@ What exudyn's beam lacks is added as its documentation shows: frame forces, grav
 law as one user function with its exact Jacobian over all nodes, beta_D as dampers between nodes.
 The clamp is fixed; a generalised-alpha method with spectral radius 0.6 steps it.
 """
+from contextlib import redirect_stdout
+import io
 from itertools import pairwise
 import math
 import time
@@ -101,7 +103,6 @@ def solve(scene, elements, step, *, sample=1e-3):
     integration.newton.useModifiedNewton = True
     integration.adaptiveStep = scene.contact     # without it impacts stop the Newton iteration
     integration.verboseMode = 0
-    settings.displayComputationTime = False
     settings.solutionSettings.writeSolutionToFile = False
     settings.solutionSettings.sensorsWritePeriod = step if scene.contact else (
         max(sample, step))
@@ -109,7 +110,8 @@ def solve(scene, elements, step, *, sample=1e-3):
         exudyn.LinearSolverType.EigenSparse)
     began = time.perf_counter()
     try:
-        mbs.SolveDynamic(settings)
+        with redirect_stdout(io.StringIO()):    # it prints where it fails
+            mbs.SolveDynamic(settings)
     except Exception as error:  # its SolverError is no subclass of anything named
         raise RuntimeError(f'exudyn: {error}') from None
     wall = time.perf_counter() - began

@@ -22,7 +22,8 @@ def true_local_error(coarse, fine):
     fine.state.tip[0, MATRIX_STEP] = 0.0
     coarse.advance(1)
     fine.advance(FINE)
-    one, two = (simulation.state.nodes[0].reshape(-1, ROWS, LANES) for simulation in (coarse, fine))
+    one = coarse.state.nodes[0].reshape(-1, ROWS, LANES)
+    two = fine.state.nodes[0].reshape(-1, ROWS, LANES)
     square = ((one[:, X:X + 3] - two[:, X:X + 3]) ** 2).sum(axis=1)
     mass = np.where(square > 0.0, one[:, MASS], 0.0)
     return math.sqrt((mass * square).sum() / mass.sum())
