@@ -103,10 +103,10 @@ def solve(scene, elements, step, *, sample=1e-3):
     integration.newton.useModifiedNewton = True
     integration.adaptiveStep = scene.contact     # without it impacts stop the Newton iteration
     integration.verboseMode = 0
-    settings.solutionSettings.writeSolutionToFile = False
-    settings.solutionSettings.sensorsWritePeriod = step if scene.contact else (
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = step if scene.contact else (
         max(sample, step))
-    settings.linearSolverType = exudyn.LinearSolverType.EXUdense if elements <= 24 else (
+    settings.linearSolver.solverType = exudyn.LinearSolverType.EXUdense if elements <= 24 else (
         exudyn.LinearSolverType.EigenSparse)
     began = time.perf_counter()
     try:

@@ -66,7 +66,7 @@ def peers(page, progress, options):
               'converged run; the fastest of the settings tried counts. Other programs solve the '
               'scenes the way that is fastest for them: in the rotating frame, clamp at rest. '
               f'Their versions: {versions or "none"}.'
-              + (' The quick form leaves out settings that take minutes.' if options.quick else ''))
+              + (' Settings that take minutes are left out.' if options.quick else ''))
     with one_core():
         rows, equal, apart, _ = others.compare(progress, names, quick=options.quick,
                                               repeats=options.repeats)
