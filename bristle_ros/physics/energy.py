@@ -4,9 +4,11 @@ Energies, and the accounts of what came in and went out; one definition for test
 All of the whole bristle, in the brush frame. Frame forces on the rotary inertia of the sections
 are left out of the work: they are (width / length)^2 of the rest.
 """
+from math import cos, sin
+
 from .beam import stiffness
 from .contact import OPEN, spring_energy
-from .frame import GRAVITY, ROTATION, SPIN, SPIN_RATE
+from .frame import DRAG_RATE, DRAG_SPIN, GRAVITY, ROTATION, SPIN, SPIN_RATE, THETA
 from .jit import jit
 from .layout import (ELEMENTS, HV, INERTIA, LANES, MASS, Q0, RATE0, RATEACC0, STRAIN, STRAIN0,
                      V0, W0, WEIGHT, X, X0)
@@ -59,44 +61,81 @@ def strain_energy(s, blocks, section):
 
 
 @jit
-def _frame_work(s, j, i, start, end):
-    """Return the work of gravity and frame forces on node i of a block over the step [J]."""
-    total = 0.0
-    for when in range(2):
-        frame = start if when == 0 else end
-        row = X0 if when == 0 else X
-        x1 = s[j, row * LANES + i]
-        x2 = s[j, (row + 1) * LANES + i]
-        x3 = s[j, (row + 2) * LANES + i]
-        o1, o2, o3 = frame[SPIN], frame[SPIN + 1], frame[SPIN + 2]
-        d1, d2, d3 = frame[SPIN_RATE], frame[SPIN_RATE + 1], frame[SPIN_RATE + 2]
-        ox = o1 * x1 + o2 * x2 + o3 * x3
-        square = o1 * o1 + o2 * o2 + o3 * o3
-        total += (
-            (s[j, X * LANES + i] - s[j, X0 * LANES + i])
-            * (frame[GRAVITY] - o1 * ox + square * x1 - d2 * x3 + d3 * x2)
-            + (s[j, (X + 1) * LANES + i] - s[j, (X0 + 1) * LANES + i])
-            * (frame[GRAVITY + 1] - o2 * ox + square * x2 - d3 * x1 + d1 * x3)
-            + (s[j, (X + 2) * LANES + i] - s[j, (X0 + 2) * LANES + i])
-            * (frame[GRAVITY + 2] - o3 * ox + square * x3 - d1 * x2 + d2 * x1))
-    return 0.5 * s[j, MASS * LANES + i] * total
+def _turn_with_brush(frame, turned):
+    """Fill spin, its rate and gravity of a mount's frame record as the turning brush has them."""
+    c, s = cos(frame[THETA]), sin(frame[THETA])
+    for vector in (SPIN, SPIN_RATE, GRAVITY):
+        turned[vector] = c * frame[vector] + s * frame[vector + 1]
+        turned[vector + 1] = c * frame[vector + 1] - s * frame[vector]
+        turned[vector + 2] = frame[vector + 2]
+    turned[SPIN_RATE] += frame[DRAG_SPIN] * turned[SPIN + 1]
+    turned[SPIN_RATE + 1] -= frame[DRAG_SPIN] * turned[SPIN]
+    turned[SPIN_RATE + 2] += frame[DRAG_RATE]
+    turned[SPIN + 2] += frame[DRAG_SPIN]
 
 
 @jit
-def account_step(model, law, viscosity, audit, s, tip, frames, cv, keep, drift, h):
-    """Add one converged step, not yet accepted, to the accounts; arguments as in `try_step`."""
+def _to_brush(model, frame, x, y, z):
+    """Return a vector of the solved axes in the turning brush axes of this moment."""
+    if model.displacement:
+        c, s = cos(frame[THETA]), sin(frame[THETA])
+        return c * x + s * y, c * y - s * x, z
+    return x, y, z
+
+
+@jit
+def _frame_force(frame, x1, x2, x3):
+    """Return gravity and frame forces per mass at a point at rest in the frame [m/s^2]."""
+    o1, o2, o3 = frame[SPIN], frame[SPIN + 1], frame[SPIN + 2]
+    d1, d2, d3 = frame[SPIN_RATE], frame[SPIN_RATE + 1], frame[SPIN_RATE + 2]
+    ox = o1 * x1 + o2 * x2 + o3 * x3
+    square = o1 * o1 + o2 * o2 + o3 * o3
+    return (frame[GRAVITY] - o1 * ox + square * x1 - d2 * x3 + d3 * x2,
+            frame[GRAVITY + 1] - o2 * ox + square * x2 - d3 * x1 + d1 * x3,
+            frame[GRAVITY + 2] - o3 * ox + square * x3 - d1 * x2 + d2 * x1)
+
+
+@jit
+def _account_node(model, s, j, i, frames, start, end, cv):
+    """Return the frame forces' work on node i of block j over the step, and the mass damping's."""
+    x1, x2, x3 = s[j, X0 * LANES + i], s[j, (X0 + 1) * LANES + i], s[j, (X0 + 2) * LANES + i]
+    y1, y2, y3 = s[j, X * LANES + i], s[j, (X + 1) * LANES + i], s[j, (X + 2) * LANES + i]
+    v1, v2, v3 = s[j, V0 * LANES + i], s[j, (V0 + 1) * LANES + i], s[j, (V0 + 2) * LANES + i]
+    w1 = cv * (y1 - x1) + s[j, HV * LANES + i]
+    w2 = cv * (y2 - x2) + s[j, (HV + 1) * LANES + i]
+    w3 = cv * (y3 - x3) + s[j, (HV + 2) * LANES + i]
+    drag0, drag1 = frames[0, DRAG_SPIN], frames[2, DRAG_SPIN]
+    v1, v2, v3 = _to_brush(model, frames[0], v1 + drag0 * x2, v2 - drag0 * x1, v3)
+    w1, w2, w3 = _to_brush(model, frames[2], w1 + drag1 * y2, w2 - drag1 * y1, w3)
+    x1, x2, x3 = _to_brush(model, frames[0], x1, x2, x3)
+    y1, y2, y3 = _to_brush(model, frames[2], y1, y2, y3)
+    f1, f2, f3 = _frame_force(start, x1, x2, x3)
+    g1, g2, g3 = _frame_force(end, y1, y2, y3)
+    half = 0.5 * s[j, MASS * LANES + i]
+    return (half * ((y1 - x1) * (f1 + g1) + (y2 - x2) * (f2 + g2) + (y3 - x3) * (f3 + g3)),
+            half * model.mass_damping * (
+                (y1 - x1) * (v1 + w1) + (y2 - x2) * (v2 + w2) + (y3 - x3) * (v3 + w3)))
+
+
+@jit
+def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep, drift, h):
+    """
+    Add one converged step, not yet accepted, to the accounts; arguments as in `try_step`.
+
+    turned : (2, FRAME)    room for the frame records of the turning brush
+    """
+    start, end = frames[0], frames[2]
+    if model.displacement:
+        _turn_with_brush(frames[0], turned[0])
+        _turn_with_brush(frames[2], turned[1])
+        start, end = turned[0], turned[1]
     work = 0.0
     dissipated = 0.0
     for j in range(model.blocks):
         for i in range(LANES):
-            work += _frame_work(s, j, i, frames[0], frames[2])
-            if model.mass_damping > 0.0:
-                drag = 0.0
-                for row in range(3):
-                    u = s[j, (X + row) * LANES + i] - s[j, (X0 + row) * LANES + i]
-                    drag += u * (s[j, (V0 + row) * LANES + i] + cv * u
-                                 + s[j, (HV + row) * LANES + i])
-                dissipated += 0.5 * model.mass_damping * s[j, MASS * LANES + i] * drag
+            by_frame, by_damping = _account_node(model, s, j, i, frames, start, end, cv)
+            work += by_frame
+            dissipated += by_damping
     if viscosity is not None:
         c = stiffness(model.section)
         for j in range(model.blocks):
@@ -118,9 +157,14 @@ def account_step(model, law, viscosity, audit, s, tip, frames, cv, keep, drift, 
         j = (model.elements - 1) // ELEMENTS
         lane = ELEMENTS + (model.elements - 1) % ELEMENTS
         f1, f2, f3 = rotate_back(frames[1], ROTATION, tip[FORCE], tip[FORCE + 1], tip[FORCE + 2])
-        on_bristle = (f1 * (s[j, X * LANES + lane] - s[j, X0 * LANES + lane])
-                      + f2 * (s[j, (X + 1) * LANES + lane] - s[j, (X0 + 1) * LANES + lane])
-                      + f3 * (s[j, (X + 2) * LANES + lane] - s[j, (X0 + 2) * LANES + lane]))
+        f1, f2, f3 = _to_brush(model, frames[1], f1, f2, f3)
+        x1, x2, x3 = _to_brush(
+            model, frames[0], s[j, X0 * LANES + lane], s[j, (X0 + 1) * LANES + lane],
+            s[j, (X0 + 2) * LANES + lane])
+        y1, y2, y3 = _to_brush(
+            model, frames[2], s[j, X * LANES + lane], s[j, (X + 1) * LANES + lane],
+            s[j, (X + 2) * LANES + lane])
+        on_bristle = f1 * (y1 - x1) + f2 * (y2 - x2) + f3 * (y3 - x3)
         dissipated -= relative + stored
         work += on_bristle - relative       # what the road's own motion puts in
         audit[INJECTED] = max(audit[INJECTED], relative + stored)

@@ -48,6 +48,7 @@ class Scratch(NamedTuple):
     contact: np.ndarray         # (5, 3)
     frames: np.ndarray          # (3, FRAME)
     frame: np.ndarray           # (FRAME,)
+    turned: np.ndarray          # (2, FRAME)
     basics: np.ndarray          # (2, BASICS)
     saved: np.ndarray           # (blocks, BLOCK)
     saved_tip: np.ndarray       # (TIP,)

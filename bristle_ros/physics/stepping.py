@@ -188,7 +188,8 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
     if model.accounting or viscosity is not None:
         internal_forces(s, blocks, end[CLAMP:], model.section, factor)
     if model.accounting:
-        account_step(model, law, viscosity, audit, s, tip, frames, cv, keep, drift, h)
+        account_step(model, law, viscosity, audit, s, tip, frames, scratch.turned, cv, keep, drift,
+                     h)
     if viscosity is not None:
         accept_damping(s, blocks, cv, keep, drift, 1.0 / (scheme.beta * h * h),
                        1.0 / (scheme.beta * h), 0.5 / scheme.beta - 1.0)

@@ -7,7 +7,7 @@ from bristle_ros.simulation import Simulation
 import numpy as np
 import pytest
 
-from .scenes import free_rotation, NO_CONTACT, RPM, tilted_sweep
+from .scenes import free_rotation, NO_CONTACT, RPM, sliding_sweep, tilted_sweep
 
 
 def displacement(scene, time_step=0.0):
@@ -57,6 +57,20 @@ def test_a_damped_displacement_run_refers_mass_damping_to_the_turning_clamp():
     # alpha_D 50 1/s would brake a bristle that it saw turning at 16 rad/s within a few ms
     strong = replace(free_rotation(1e-4), damping=Damping(mass=50.0, stiffness=0.0))
     assert difference(path(samples(strong, 0.1)), path(samples(displacement(strong), 0.1))) < 1e-4
+
+
+@pytest.mark.parametrize('scene', [
+    free_rotation(1e-4), tilted_sweep(1e-4, viscosity=1e-3), sliding_sweep(1e-4)])
+def test_the_driven_clamp_has_the_energy_accounts_of_the_turning_brush(scene):
+    one, two = (Simulation(case, energies=True) for case in (scene, displacement(scene)))
+    one.advance(1500)
+    two.advance(1500)
+    one, two = one.snapshot(), two.snapshot()
+    for name in ('energy_kinetic', 'energy_elastic', 'energy_dissipated', 'work_external'):
+        assert getattr(two, name) == pytest.approx(
+            getattr(one, name), abs=2e-3 * one.work_external), name
+    balance = two.energy_kinetic + two.energy_elastic + two.energy_dissipated - two.work_external
+    assert abs(balance) < 2e-4 * two.work_external
 
 
 def paper_figure_4(time_step, its, **solver):
