@@ -18,6 +18,7 @@ from .physics.tip import TIP
 from .scene import SceneError
 
 SHEAR_CORRECTION = 5.0 / 6.0    # rectangle
+FILLER = 1e-30      # mass [kg] and inertia [kg m^2] of nodes that only fill the last block
 PROFILES = {'constant': CONSTANT, 'sine': SINE, 'vap': VAP}
 
 
@@ -130,8 +131,9 @@ def straight_nodes(scene, model):
     """Return the node array of one straight bristle at rest: (blocks, BLOCK), see layout.py."""
     nodes = np.zeros((model.blocks, ROWS, LANES))
     nodes[:, Q] = nodes[:, Q0] = 1.0
-    nodes[:, MASS] = 1.0
-    nodes[:, INERTIA:INERTIA + 3] = 1.0
+    # fillers: next to nothing, so that no sum over lanes has to know of them
+    nodes[:, MASS] = FILLER
+    nodes[:, INERTIA:INERTIA + 3] = FILLER
     b = scene.bristle
     length = model.section.element_length
     mass = b.density * b.breadth * b.width * length
