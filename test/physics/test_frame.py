@@ -4,8 +4,8 @@ from dataclasses import replace
 from bristle_ros.model import build_model, start_motion
 from bristle_ros.physics.drive import SINE, VAP
 from bristle_ros.physics.frame import (APPROACHING, BASICS, FORWARD, FRAME, frame_at, GRAVITY,
-                                       HEIGHT, HEIGHT_RATE, LEFT, OMEGA, PENETRATION, ROTATION, SPEED,
-                                       SPIN, SPIN_RATE, THETA, turn_frame, VELOCITY, YAW)
+                                       HEIGHT, HEIGHT_RATE, LEFT, OMEGA, PENETRATION, ROTATION,
+                                       SPEED, SPIN, SPIN_RATE, THETA, turn_frame, VELOCITY, YAW)
 from bristle_ros.scene import Brush, Drive, Road, Scene, Sweeper
 import numpy as np
 import pytest
