@@ -218,6 +218,20 @@ def internal_forces(s, blocks, clamp, section, factor):
 
 
 @jit
+def clamp_reaction(s, clamp):
+    """Return the force and moment that the clamped node takes, brush axes, from the left rows."""
+    y0, y1, y2, y3 = (s[0, LTORQUE * LANES], s[0, (LTORQUE + 1) * LANES],
+                      s[0, (LTORQUE + 2) * LANES], s[0, (LTORQUE + 3) * LANES])
+    q0, q1, q2, q3 = clamp[3], clamp[4], clamp[5], clamp[6]
+    # Y conj(q) is the moment in brush axes: q (conj(q) Y) conj(q)
+    m1 = -y0 * q1 + y1 * q0 - y2 * q3 + y3 * q2
+    m2 = -y0 * q2 + y2 * q0 - y3 * q1 + y1 * q3
+    m3 = -y0 * q3 + y3 * q0 - y1 * q2 + y2 * q1
+    return (-s[0, LFORCE * LANES], -s[0, (LFORCE + 1) * LANES], -s[0, (LFORCE + 2) * LANES],
+            -m1, -m2, -m3)
+
+
+@jit
 def stiffness(section):
     """Return the six section stiffnesses in the order of the strains."""
     return (section.axial, section.shear_y, section.shear_z,

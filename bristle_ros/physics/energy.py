@@ -4,20 +4,21 @@ Energies, and the accounts of what came in and went out; one definition for test
 All of the whole bristle, in the brush frame. Frame forces on the rotary inertia of the sections
 are left out of the work: they are (width / length)^2 of the rest.
 """
-from math import cos, sin
+from math import asin, cos, sin
 
-from .beam import stiffness
+from .beam import clamp_reaction, stiffness
 from .contact import OPEN, spring_energy
-from .frame import DRAG_RATE, DRAG_SPIN, GRAVITY, ROTATION, SPIN, SPIN_RATE, THETA
+from .frame import CLAMP, DRAG_RATE, DRAG_SPIN, GRAVITY, ROTATION, SPIN, SPIN_RATE, THETA
 from .jit import jit
-from .layout import (ELEMENTS, HV, INERTIA, LANES, MASS, Q0, RATE0, RATEACC0, STRAIN, STRAIN0,
+from .layout import (HV, INERTIA, LANES, MASS, Q0, RATE0, RATEACC0, STRAIN, STRAIN0, tip_lane,
                      V0, W0, WEIGHT, X, X0)
 from .tip import FORCE, GAP, rotate_back, SLIP_MOVED, STATE
 
 DISSIPATED = 0
 WORK = 1
 INJECTED = 2    # the most that contact put into the bristle in a step, beyond the road's work
-AUDIT = 3
+REACTION = 3    # 6  the clamp's force and moment at the end of the last step, brush axes
+AUDIT = 9
 
 
 @jit
@@ -118,6 +119,34 @@ def _account_node(model, s, j, i, frames, start, end, cv):
 
 
 @jit
+def _clamp_work(model, audit, s, frames):
+    """
+    Return the work of the driven clamp's deviation from its circle over the step.
+
+    On a polygon (load steps) the clamp moves in the axes of the brush that turns exactly, so its
+    reaction works there; trapezoidal rule. On the circle it is zero.
+    """
+    f1, f2, f3, m1, m2, m3 = clamp_reaction(s, frames[2, CLAMP:])
+    f1, f2, f3 = _to_brush(model, frames[2], f1, f2, f3)
+    m1, m2, m3 = _to_brush(model, frames[2], m1, m2, m3)
+    x1, x2, x3 = _to_brush(model, frames[0], frames[0, CLAMP], frames[0, CLAMP + 1],
+                           frames[0, CLAMP + 2])
+    y1, y2, y3 = _to_brush(model, frames[2], frames[2, CLAMP], frames[2, CLAMP + 1],
+                           frames[2, CLAMP + 2])
+    # z of (orientation at the end) conj(that at the start): the sine of half the clamp's turn
+    half = (frames[0, CLAMP + 3] * frames[2, CLAMP + 6] - frames[2, CLAMP + 3]
+            * frames[0, CLAMP + 6] + frames[2, CLAMP + 5] * frames[0, CLAMP + 4]
+            - frames[2, CLAMP + 4] * frames[0, CLAMP + 5])
+    angle = 2.0 * asin(max(-1.0, min(1.0, half))) - (frames[2, THETA] - frames[0, THETA])
+    work = -0.5 * ((audit[REACTION] + f1) * (y1 - x1) + (audit[REACTION + 1] + f2) * (y2 - x2)
+                   + (audit[REACTION + 2] + f3) * (y3 - x3)
+                   + (audit[REACTION + 5] + m3) * angle)
+    audit[REACTION], audit[REACTION + 1], audit[REACTION + 2] = f1, f2, f3
+    audit[REACTION + 3], audit[REACTION + 4], audit[REACTION + 5] = m1, m2, m3
+    return work
+
+
+@jit
 def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep, drift, h):
     """
     Add one converged step, not yet accepted, to the accounts; arguments as in `try_step`.
@@ -125,11 +154,12 @@ def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep,
     turned : (2, FRAME)    room for the frame records of the turning brush
     """
     start, end = frames[0], frames[2]
+    work = 0.0
     if model.displacement:
         _turn_with_brush(frames[0], turned[0])
         _turn_with_brush(frames[2], turned[1])
         start, end = turned[0], turned[1]
-    work = 0.0
+        work = _clamp_work(model, audit, s, frames)
     dissipated = 0.0
     for j in range(model.blocks):
         for i in range(LANES):
@@ -154,8 +184,7 @@ def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep,
         relative = 0.0
         for i in range(3):
             relative += tip[FORCE + i] * tip[SLIP_MOVED + i]
-        j = (model.elements - 1) // ELEMENTS
-        lane = ELEMENTS + (model.elements - 1) % ELEMENTS
+        j, lane = tip_lane(model.elements)
         f1, f2, f3 = rotate_back(frames[1], ROTATION, tip[FORCE], tip[FORCE + 1], tip[FORCE + 2])
         f1, f2, f3 = _to_brush(model, frames[1], f1, f2, f3)
         x1, x2, x3 = _to_brush(

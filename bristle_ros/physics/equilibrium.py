@@ -4,7 +4,7 @@ from .chain import (CORNER, eliminate, factorise, INVERSE, load_residual, OK, st
                     substitute)
 from .frame import CLAMP, HEIGHT, ROTATION, SPIN, SPIN_RATE
 from .jit import jit
-from .layout import ELEMENTS, HA, HV, LANES, Q, R, X, X0
+from .layout import HA, HV, LANES, Q, R, tip_lane, X, X0
 from .loads import residual
 from .stepping import move_nodes, NO_CONVERGENCE
 from .tip import FORCE, GAP, rotate, rotate_back
@@ -62,8 +62,7 @@ def settle(model, law, s, chain, tip, frame, load, scratch):
     tip : FORCE (normal component) and GAP are filled.
     """
     elements, blocks = model.elements, model.blocks
-    lane = ELEMENTS + (elements - 1) % ELEMENTS
-    tip_block = (elements - 1) // ELEMENTS
+    tip_block, lane = tip_lane(elements)
     for j in range(blocks):
         for row in range(6):
             for i in range(LANES):

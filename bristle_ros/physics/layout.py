@@ -11,6 +11,8 @@ Left rows: lanes 0-3 are the left corner nodes, copies of the right corners befo
 
 Elements that only fill up the last block have weight zero and never move.
 """
+from .jit import jit
+
 ELEMENTS = 4            # in a block
 LANES = 2 * ELEMENTS    # of a row
 
@@ -61,6 +63,7 @@ def block_count(elements):
     return -(-elements // ELEMENTS)
 
 
+@jit
 def tip_lane(elements):
     """Return block and lane of the tip node."""
     return (elements - 1) // ELEMENTS, ELEMENTS + (elements - 1) % ELEMENTS

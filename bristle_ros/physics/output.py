@@ -1,13 +1,13 @@
 """Outputs of the present state: tip, contact, mount reactions, brush totals, energies."""
 from math import cos, sin
 
-from .beam import internal_forces, stiffness
+from .beam import clamp_reaction, internal_forces, stiffness
 from .contact import spring_energy
 from .energy import DISSIPATED, kinetic_energy, strain_energy, WORK
 from .frame import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, OMEGA, ROTATION, SPIN, SPIN_RATE, THETA,
                     turn_frame)
 from .jit import jit
-from .layout import (ELEMENTS, LANES, LFORCE, LTORQUE, Q, RATE0, STRESS0, X)
+from .layout import LANES, Q, RATE0, STRESS0, tip_lane, X
 from .stepping import own_frame
 from .tip import ESTIMATE, FORCE, GAP, IMPULSE, rotate, rotate_back
 
@@ -37,20 +37,6 @@ DONE = 15
 ANGLE = 16
 SPEED = 17
 TOTALS = 18
-
-
-@jit
-def clamp_reaction(s, clamp):
-    """Return the force and moment that the clamped node takes, brush axes, from the left rows."""
-    y0, y1, y2, y3 = (s[0, LTORQUE * LANES], s[0, (LTORQUE + 1) * LANES],
-                      s[0, (LTORQUE + 2) * LANES], s[0, (LTORQUE + 3) * LANES])
-    q0, q1, q2, q3 = clamp[3], clamp[4], clamp[5], clamp[6]
-    # Y conj(q) is the moment in brush axes: q (conj(q) Y) conj(q)
-    m1 = -y0 * q1 + y1 * q0 - y2 * q3 + y3 * q2
-    m2 = -y0 * q2 + y2 * q0 - y3 * q1 + y1 * q3
-    m3 = -y0 * q3 + y3 * q0 - y1 * q2 + y2 * q1
-    return (-s[0, LFORCE * LANES], -s[0, (LFORCE + 1) * LANES], -s[0, (LFORCE + 2) * LANES],
-            -m1, -m2, -m3)
 
 
 @jit
@@ -92,8 +78,7 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
     theta = frame[THETA]
     for i in range(TOTALS):
         totals[i] = 0.0
-    block = (model.elements - 1) // ELEMENTS
-    lane = ELEMENTS + (model.elements - 1) % ELEMENTS
+    block, lane = tip_lane(model.elements)
     c_theta, s_theta = cos(theta), sin(theta)
     back = -theta if model.displacement else 0.0   # from the solved axes to the bristle's own
     c_back, s_back = cos(back), sin(back)

@@ -13,7 +13,7 @@ from .chain import eliminate, factorise, load_residual, OK, store_increments, su
 from .energy import account_step, DISSIPATED
 from .frame import CLAMP, drive_clamp, frame_at, ROTATION, SPIN, SPIN_RATE, turn_frame
 from .jit import jit
-from .layout import ELEMENTS, LANES, MASS, Q, R, X, X0
+from .layout import LANES, MASS, Q, R, tip_lane, X, X0
 from .loads import accept_step, begin_step, local_error, rescale_memory, residual
 from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, finish_contact, FORCE,
                   GAP, IMPULSE, LEVEL, MATRIX_STEP, rotate_back, STATE, STEP)
@@ -97,8 +97,7 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
     scheme = model.scheme
     elements = model.elements
     blocks = model.blocks
-    block = (elements - 1) // ELEMENTS
-    lane = ELEMENTS + (elements - 1) % ELEMENTS
+    block, lane = tip_lane(elements)
     end = frames[2]
     if tip[STEP] != h and tip[STEP] > 0.0:
         rescale_memory(s, blocks, h / tip[STEP])

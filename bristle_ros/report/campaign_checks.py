@@ -5,6 +5,8 @@ import numpy as np
 
 GAIN = 0.2          # energy that may appear from nowhere, of the energy there is: 10 ms steps
 CONE = 1e-9         # excess of the friction over mu_s times the normal force, relative
+PASSED = 0.01       # share of the energy that went through, which the balance may be off by
+KINKED = 0.5        # the same for a clamp on a polygon: each kink is an impact within a step
 STRETCH = 0.02      # of the chord beyond the length, on top of what the loads explain
 RIGID = 1e-12       # [m] a rigid road may be entered
 
@@ -25,6 +27,8 @@ class Watch:
         self._depth = simulation.model.drive.tip_depth
         self._clamp = simulation.model.clamp[:3]
         self._follows_road = follows_road and scene.solver.time_step == 0.0
+        self._passed = KINKED if (scene.solver.load_case == 'displacement'
+                                  and scene.solver.time_step > 0.0) else PASSED
         self._before = None
         self._residual = self._lowest = 0.0
         self._scale = 0.0
@@ -77,7 +81,8 @@ class Watch:
         residual -= self._at_start
         self._lowest = min(self._lowest, residual)
         # what went through friction is much more than what the bristle holds
-        scale = self._scale + 0.01 * (abs(snapshot.energy_dissipated) + self._throughput) + 1e-12
+        through = abs(snapshot.energy_dissipated) + self._throughput
+        scale = self._scale + self._passed * through + 1e-12
         gain = (residual - self._lowest) / scale
         self._gain = max(self._gain, gain)
         self._loss = max(self._loss, -residual / scale)

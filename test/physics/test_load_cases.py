@@ -105,3 +105,19 @@ def test_the_polygon_makes_a_nearly_undamped_integrator_ring(time_step, its, low
 def test_an_annihilating_integrator_does_not_ring():
     # the velocity jump r w^2 TS at a corner is real; without ringing it stays near 1 N
     assert peak_damping_force(paper_figure_4(1e-3, 1e-5, spectral_radius=0.0)) < 3.0
+
+
+@pytest.mark.parametrize('scene', [free_rotation, sliding_sweep])
+def test_the_accounts_of_a_clamp_on_a_polygon_close_as_the_step_shrinks(scene):
+    residual = []
+    for its in (4e-5, 2e-5, 1e-5):
+        simulation = Simulation(displacement(scene(its), time_step=1e-3), energies=True)
+        worst = scale = 0.0
+        for _ in range(25):
+            simulation.advance(round(1e-3 / its))
+            now = simulation.snapshot()
+            stored = now.energy_kinetic + now.energy_elastic
+            scale = max(scale, stored)
+            worst = max(worst, abs(stored + now.energy_dissipated - now.work_external))
+        residual.append(worst / scale)
+    assert residual[2] < residual[1] < residual[0] < 0.012
