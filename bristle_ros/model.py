@@ -4,7 +4,7 @@ import math
 import numpy as np
 
 from .physics.beam import Section
-from .physics.chain import chain_work, RECORD
+from .physics.chain import chain_work, MIDS, RECORD
 from .physics.contact import ContactLaw
 from .physics.drive import CONSTANT, SINE, VAP
 from .physics.energy import AUDIT
@@ -184,7 +184,8 @@ def build_state(scene, model):
     """Return the State before the start: straight, at theta = 0, accelerations not filled yet."""
     nodes = np.tile(straight_nodes(scene, model), (model.bristles, 1, 1))
     return State(
-        nodes, np.zeros((model.bristles, model.elements, RECORD)),
+        nodes, np.zeros((model.bristles, model.blocks, MIDS)),
+        np.zeros((model.bristles, model.elements, RECORD)),
         np.zeros((model.bristles, TIP)), np.zeros((model.bristles, COUNTS), np.int64),
         start_motion(scene), np.zeros(2, np.int64), np.zeros((model.bristles, AUDIT)))
 

@@ -36,8 +36,8 @@ def settle_state(scene, model, state, scratch):
     for bristle, azimuth in enumerate(model.azimuth):
         own_frame(model, state.motion, azimuth, 0.0, scratch, frame)
         frame[SPIN_RATE:SPIN_RATE + 3] = 0.0
-        status = settle(model, law, state.nodes[bristle], state.chain[bristle],
-                        state.tip[bristle], frame, np.zeros(6), scratch)
+        status = settle(model, law, state.nodes[bristle], state.mids[bristle],
+                        state.chain[bristle], state.tip[bristle], frame, np.zeros(6), scratch)
         if status != OK:
             raise SceneError(
                 f'bristle {bristle} has no static equilibrium that could be found: try a smaller '

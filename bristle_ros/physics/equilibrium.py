@@ -1,7 +1,6 @@
 """Static equilibrium in a steadily turning frame, friction off: pseudo-transient continuation."""
 from .beam import internal_forces
-from .chain import (CORNER, eliminate, factorise, INVERSE, load_residual, OK, store_increments,
-                    substitute)
+from .chain import CORNER, eliminate, factorise, INVERSE, OK, substitute
 from .frame import CLAMP, HEIGHT, ROTATION, SPIN, SPIN_RATE
 from .jit import jit
 from .layout import HA, HV, LANES, Q, R, tip_lane, X, X0
@@ -50,7 +49,7 @@ def _contact(s, j, lane, chain, e, law, frame, tip):
 
 
 @jit
-def settle(model, law, s, chain, tip, frame, load, scratch):
+def settle(model, law, s, mids, chain, tip, frame, load, scratch):
     """
     Move one bristle to its static equilibrium from where it is; return OK or NO_CONVERGENCE.
 
@@ -90,7 +89,7 @@ def settle(model, law, s, chain, tip, frame, load, scratch):
             internal_forces(s, blocks, frame[CLAMP:], model.section, 1.0)
             residual(s, blocks, ca, 0.0, 0.0, frame)
             if factorise(s, elements, model.section, 1.0, ca, frame[SPIN:], frame[SPIN_RATE:],
-                         0.0, chain, scratch.work) != OK:
+                         0.0, mids, chain, scratch.work) != OK:
                 break
             q0 = s[tip_block, Q * LANES + lane]
             q1 = s[tip_block, (Q + 1) * LANES + lane]
@@ -111,12 +110,10 @@ def settle(model, law, s, chain, tip, frame, load, scratch):
                                           + (1.0 - 2.0 * (q1 * q1 + q2 * q2)) * f3)
             for i in range(3):
                 s[tip_block, (R + 3 + i) * LANES + lane] += load[3 + i]
-            load_residual(s, elements, chain)
-            eliminate(chain, elements)
+            eliminate(s, elements, mids, chain)
             if law is not None:
                 _contact(s, tip_block, lane, chain, elements - 1, law, frame, tip)
-            substitute(chain, elements)
-            store_increments(s, elements, chain)
+            substitute(s, elements, mids, chain)
             size = move_nodes(s, blocks, model.section.element_length)
             if not size < 2.0:
                 break

@@ -39,6 +39,7 @@ LX = 61         # 3
 LQ = 64         # 4
 LFORCE = 68     # 3
 LTORQUE = 71    # 4
+LR = 134        # 6  residual passed on to the left corner, then its increment
 # point rows
 P = 75          # 4  interpolated quaternion, not of unit length
 DP = 79         # 4  its derivative along the bristle [1/m]
@@ -54,7 +55,7 @@ PM = 112        # 4
 STRAIN0 = 116   # 6
 RATE0 = 122     # 6
 RATEACC0 = 128  # 6
-ROWS = 134
+ROWS = 140
 BLOCK = ROWS * LANES
 
 

@@ -33,7 +33,8 @@ class State(NamedTuple):
     """What a step changes, in place; all of it decides what the next step does."""
 
     nodes: np.ndarray           # (B, blocks, BLOCK) layout.py
-    chain: np.ndarray           # (B, elements, RECORD) chain.py: the frozen matrix
+    mids: np.ndarray            # (B, blocks, MIDS) chain.py: the frozen matrix, mid nodes
+    chain: np.ndarray           # (B, elements, RECORD) and corners
     tip: np.ndarray             # (B, TIP) tip.py
     counts: np.ndarray          # (B, COUNTS) int64, running counts of stepping.py
     motion: np.ndarray          # (MOTION,) frame.py: the ramps that commands change

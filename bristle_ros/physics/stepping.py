@@ -9,7 +9,7 @@ that integration step. All decisions depend on the state alone, so a run repeats
 from math import sqrt
 
 from .beam import accept_damping, internal_forces, predict_damping
-from .chain import eliminate, factorise, load_residual, OK, store_increments, substitute
+from .chain import eliminate, factorise, OK, substitute
 from .energy import account_step, DISSIPATED
 from .frame import CLAMP, drive_clamp, frame_at, ROTATION, SPIN, SPIN_RATE, turn_frame
 from .jit import jit
@@ -84,13 +84,14 @@ def move_nodes(s, blocks, element_length):
 
 
 @jit
-def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratch, h, shortest):
+def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, scratch, h,
+             shortest):
     """
     Advance one bristle by one step of length h; return OK, or why it failed and stays as it was.
 
     model : Model             constants; law : ContactLaw or None; viscosity [s] : float or None
     audit : (AUDIT,)          energy accounts, kept where model.accounting
-    s, chain, tip, counts     the bristle's state
+    s, mids, chain, tip, counts   the bristle's state
     shortest [s] : float      step that is accepted whatever its local error
     frames : (3, FRAME)       frame records at the step's start, middle and end, its own axes
     """
@@ -128,14 +129,13 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
             tip[MATRIX_STEP] = 0.0
             counts[FACTORISATIONS] += 1
             if factorise(s, elements, model.section, factor, ca + model.mass_damping * cv,
-                         end[SPIN:], end[SPIN_RATE:], cv, chain, scratch.work) != OK:
+                         end[SPIN:], end[SPIN_RATE:], cv, mids, chain, scratch.work) != OK:
                 status = SINGULAR_MATRIX
                 break
             tip[MATRIX_STEP] = h
         fresh = refresh
         refresh = False
-        load_residual(s, elements, chain)
-        eliminate(chain, elements)
+        eliminate(s, elements, mids, chain)
         if law is not None:
             solved = contact_correction(
                 s, block, lane, chain, elements - 1, law, h, ca, drift,
@@ -145,8 +145,7 @@ def try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratc
                 if fresh:
                     break
                 refresh = True
-        substitute(chain, elements)
-        store_increments(s, elements, chain)
+        substitute(s, elements, mids, chain)
         size = move_nodes(s, blocks, model.section.element_length)
         counts[NEWTON] += 1
         if not size < 1e29:
@@ -224,8 +223,8 @@ def keep_copy(source, into):
 
 
 @jit
-def whole_step(model, law, viscosity, audit, motion, azimuth, s, chain, tip, counts, scratch,
-               step):
+def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, tip, counts,
+               scratch, step):
     """
     Advance one bristle over one integration step, in halves of halves where Newton fails.
 
@@ -243,8 +242,8 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, chain, tip, cou
             part = (position + 0.5 * i * size) / WHOLE
             own_frame(model, motion, azimuth, (step + part) * model.its, scratch, frames[i])
         counted = counts[NEWTON]
-        status = try_step(model, law, viscosity, audit, s, chain, tip, counts, frames, scratch,
-                          model.its / (1 << level), model.its / (1 << FINEST))
+        status = try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames,
+                          scratch, model.its / (1 << level), model.its / (1 << FINEST))
         if status == OK:
             position += size
             if level > 0:
@@ -284,8 +283,8 @@ def advance(model, law, viscosity, state, scratch, steps):
         for bristle in range(model.bristles):
             status = whole_step(model, law, viscosity, state.audit[bristle], state.motion,
                                 model.azimuth[bristle], state.nodes[bristle],
-                                state.chain[bristle], state.tip[bristle], state.counts[bristle],
-                                scratch, step)
+                                state.mids[bristle], state.chain[bristle],
+                                state.tip[bristle], state.counts[bristle], scratch, step)
             if status != OK:
                 state.step[1] = bristle
                 return status

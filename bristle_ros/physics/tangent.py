@@ -1,5 +1,5 @@
 """
-Consistent tangent of an element, material and geometric part, in the nodes' section axes.
+Consistent tangent of the elements, material and geometric part, in the nodes' section axes.
 
 With increments in the nodes' own axes a rigid motion leaves the matrix as it is, so one
 factorisation serves many steps. In the axes of a Gauss point an increment is xi = (e, y, z),
@@ -11,55 +11,59 @@ and to second order, with K = P^-1 P' = (k0, k) and c = R^T x',
     strain     c + e + 2 c x yv + 2 e x yv - 2 y0 c x yv + 2 yv x (yv x c) - e_1
     curvature  2 Im(K + (z - y K) - y (z - y K))
 
-The Hessian of the strain energy in xi is E^T C E + S with E the first-order part and S what
-section force n and moment m make of the second-order part; the shape functions carry it to nodes.
-"""
-import numpy as np
+The Hessian of the strain energy in xi is H = E^T C E + S with E the first-order part and S what
+section force n and moment m make of the second-order part. The shape functions carry it to the
+nodes: with A the turn from a node's section axes to the point's, J the 4 x 3 matrix of
+Q = P^-1 q, theta -> Im and Re of Q theta / 2, and N, D shape function and slope of the node,
 
+    e = D A u,    y = N J theta,    z = D J theta.
+
+Four elements at a time, a lane each; the Gauss points one after the other.
+"""
 from .beam import D_FAR, D_MID, D_NEAR, N_FAR, N_MID, N_NEAR, stiffness
 from .jit import jit
+from .lanes import load4, splat4, store4
 from .layout import DP, DX, ELEMENTS, LANES, LQ, P, Q, STRESS, WEIGHT
 
-HESSIAN = 0                     # 11 x 11
-FIRST = HESSIAN + 121           # 6 x 11, E
-TURN = FIRST + 66               # 3 nodes x (3 x 3): section axes of the node to those of the point
-SPIN = TURN + 27                # 3 nodes x (4 x 3): theta of the node to 2 y
-PRODUCT = SPIN + 36             # 11 x 6
-ELEMENT = PRODUCT + 66          # 18 x 18: left, mid, right node, six increments each
-TANGENT_WORK = ELEMENT + 324
-
-
-def tangent_work():
-    """Return the scratch array that `element_tangent` works in; its tail is the matrix."""
-    return np.zeros(TANGENT_WORK)
+# rows of eight lanes, four for each Gauss point
+_E_Y = 0                    # 3 x 3, H of e and yv
+_Y_Y = _E_Y + 9             # 4 x 4, H of y and y
+_Y_Z = _Y_Y + 16            # 4 x 4, H of y and z
+_NODES = _Y_Z + 16
+# rows of each node
+_A = 0                      # 3 x 3, D A
+_CA = 9                     # 3 x 3, w C D A
+_HJ = 18                    # 3 x 3, w H_ey N J
+_NJ = 27                    # 4 x 3, N J
+_DJ = 39                    # 4 x 3, D J
+_U = 51                     # 4 x 3, w (H_yy N + H_yz D) J
+_V = 63                     # 4 x 3, w (H_zy N + H_zz D) J
+_NODE = 75
+# rows of four lanes: the six different 6 x 6 blocks of the elements, row by row
+BLOCK = 36 * ELEMENTS
+LEFT_LEFT = (_NODES + 3 * _NODE) * LANES
+LEFT_MIDDLE = LEFT_LEFT + BLOCK
+LEFT_RIGHT = LEFT_MIDDLE + BLOCK
+MIDDLE_MIDDLE = LEFT_RIGHT + BLOCK
+MIDDLE_RIGHT = MIDDLE_MIDDLE + BLOCK
+RIGHT_RIGHT = MIDDLE_RIGHT + BLOCK
+TANGENT_WORK = RIGHT_RIGHT + BLOCK
 
 
 @jit
-def _cross_into(a, at, stride, factor, v1, v2, v3):
-    """Add factor * [v]x to the 3 x 3 matrix at `at`."""
-    a[at + 1] -= factor * v3
-    a[at + 2] += factor * v2
-    a[at + stride] += factor * v3
-    a[at + stride + 2] -= factor * v1
-    a[at + 2 * stride] -= factor * v2
-    a[at + 2 * stride + 1] += factor * v1
-
-
-@jit
-def _point_hessian(nodes, block, lane, c_material, a):
-    """Fill HESSIAN for the Gauss point in `lane` of the block."""
-    p0, p1, p2, p3 = (nodes[block, P * LANES + lane], nodes[block, (P + 1) * LANES + lane],
-                      nodes[block, (P + 2) * LANES + lane], nodes[block, (P + 3) * LANES + lane])
-    d0, d1, d2, d3 = (nodes[block, DP * LANES + lane], nodes[block, (DP + 1) * LANES + lane],
-                      nodes[block, (DP + 2) * LANES + lane], nodes[block, (DP + 3) * LANES + lane])
+def _point_hessian(s, c, a, half):
+    """Fill H at the Gauss points in lanes half, half + 1 ... of the block's rows s."""
+    p0, p1 = load4(s, P * LANES + half), load4(s, (P + 1) * LANES + half)
+    p2, p3 = load4(s, (P + 2) * LANES + half), load4(s, (P + 3) * LANES + half)
+    d0, d1 = load4(s, DP * LANES + half), load4(s, (DP + 1) * LANES + half)
+    d2, d3 = load4(s, (DP + 2) * LANES + half), load4(s, (DP + 3) * LANES + half)
     inverse = 1.0 / (p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
     k0 = (p0 * d0 + p1 * d1 + p2 * d2 + p3 * d3) * inverse
     k1 = (p0 * d1 - d0 * p1 - p2 * d3 + p3 * d2) * inverse
     k2 = (p0 * d2 - d0 * p2 - p3 * d1 + p1 * d3) * inverse
     k3 = (p0 * d3 - d0 * p3 - p1 * d2 + p2 * d1) * inverse
-    x1 = nodes[block, DX * LANES + lane]
-    x2 = nodes[block, (DX + 1) * LANES + lane]
-    x3 = nodes[block, (DX + 2) * LANES + lane]
+    x1, x2, x3 = (load4(s, DX * LANES + half), load4(s, (DX + 1) * LANES + half),
+                  load4(s, (DX + 2) * LANES + half))
     two = 2.0 * inverse
     c1 = (x1 * (1.0 - two * (p2 * p2 + p3 * p3)) + x2 * two * (p1 * p2 + p0 * p3)
           + x3 * two * (p1 * p3 - p0 * p2))
@@ -67,169 +71,206 @@ def _point_hessian(nodes, block, lane, c_material, a):
           + x3 * two * (p2 * p3 + p0 * p1))
     c3 = (x1 * two * (p1 * p3 + p0 * p2) + x2 * two * (p2 * p3 - p0 * p1)
           + x3 * (1.0 - two * (p1 * p1 + p2 * p2)))
-    n1, n2, n3 = (nodes[block, STRESS * LANES + lane], nodes[block, (STRESS + 1) * LANES + lane],
-                  nodes[block, (STRESS + 2) * LANES + lane])
-    m1 = nodes[block, (STRESS + 3) * LANES + lane]
-    m2 = nodes[block, (STRESS + 4) * LANES + lane]
-    m3 = nodes[block, (STRESS + 5) * LANES + lane]
-    for i in range(66):
-        a[FIRST + i] = 0.0
-    for i in range(3):
-        a[FIRST + i * 11 + i] = 1.0                         # e
-        a[FIRST + (3 + i) * 11 + 4 + i] = -2.0 * k0         # yv
-        a[FIRST + (3 + i) * 11 + 8 + i] = 2.0               # zv
-    _cross_into(a, FIRST + 4, 11, 2.0, c1, c2, c3)
-    _cross_into(a, FIRST + 3 * 11 + 4, 11, 2.0, k1, k2, k3)
-    a[FIRST + 3 * 11 + 3] = -2.0 * k1                       # y0
-    a[FIRST + 4 * 11 + 3] = -2.0 * k2
-    a[FIRST + 5 * 11 + 3] = -2.0 * k3
-    for i in range(11):
-        for j in range(i, 11):
-            total = 0.0
-            for row in range(6):
-                total += a[FIRST + row * 11 + i] * c_material[row] * a[FIRST + row * 11 + j]
-            a[HESSIAN + i * 11 + j] = total
+    n1, n2, n3 = (load4(s, STRESS * LANES + half), load4(s, (STRESS + 1) * LANES + half),
+                  load4(s, (STRESS + 2) * LANES + half))
+    m1, m2, m3 = (load4(s, (STRESS + 3) * LANES + half), load4(s, (STRESS + 4) * LANES + half),
+                  load4(s, (STRESS + 5) * LANES + half))
+
+    zero = splat4(0.0)
+    # strain: de = e + 2 c x yv; n's own part -2 n x
+    f1, f2, f3 = 2.0 * (c[0] * c3 - n3), 2.0 * (c[0] * c2 - n2), 2.0 * (c[1] * c3 - n3)
+    f4, f5, f6 = 2.0 * (c[1] * c1 - n1), 2.0 * (c[2] * c2 - n2), 2.0 * (c[2] * c1 - n1)
+    _put_row(a, _E_Y, half, zero, -f1, f2)
+    _put_row(a, _E_Y + 3, half, f3, zero, -f4)
+    _put_row(a, _E_Y + 6, half, -f5, f6, zero)
+    # curvature: dkappa = 2 zv - 2 k y0 + B yv,  B = -2 k0 + 2 [k]x; t, u, v: C B, row by row
+    t1, t2, t3 = -2.0 * c[3] * k0, -2.0 * c[3] * k3, 2.0 * c[3] * k2
+    u1, u2, u3 = 2.0 * c[4] * k3, -2.0 * c[4] * k0, -2.0 * c[4] * k1
+    v1, v2, v3 = -2.0 * c[5] * k2, 2.0 * c[5] * k1, -2.0 * c[5] * k0
     nc = n1 * c1 + n2 * c2 + n3 * c3
     mk = m1 * k1 + m2 * k2 + m3 * k3
-    _cross_into(a, HESSIAN + 4, 11, -2.0, n1, n2, n3)               # e, yv
-    a[HESSIAN + 3 * 11 + 3] += 4.0 * mk                             # y0, y0
-    y1 = -2.0 * (n2 * c3 - n3 * c2) + 4.0 * (k0 * m1 + k2 * m3 - k3 * m2)
-    y2 = -2.0 * (n3 * c1 - n1 * c3) + 4.0 * (k0 * m2 + k3 * m1 - k1 * m3)
-    y3 = -2.0 * (n1 * c2 - n2 * c1) + 4.0 * (k0 * m3 + k1 * m2 - k2 * m1)
-    a[HESSIAN + 3 * 11 + 4] += y1                                   # y0, yv
-    a[HESSIAN + 3 * 11 + 5] += y2
-    a[HESSIAN + 3 * 11 + 6] += y3
-    a[HESSIAN + 3 * 11 + 8] -= 2.0 * m1                             # y0, zv
-    a[HESSIAN + 3 * 11 + 9] -= 2.0 * m2
-    a[HESSIAN + 3 * 11 + 10] -= 2.0 * m3
-    a[HESSIAN + 4 * 11 + 7] -= 2.0 * m1                             # yv, z0
-    a[HESSIAN + 5 * 11 + 7] -= 2.0 * m2
-    a[HESSIAN + 6 * 11 + 7] -= 2.0 * m3
-    diagonal = -4.0 * (nc + mk)                                     # yv, yv
-    a[HESSIAN + 4 * 11 + 4] += diagonal + 4.0 * n1 * c1
-    a[HESSIAN + 5 * 11 + 5] += diagonal + 4.0 * n2 * c2
-    a[HESSIAN + 6 * 11 + 6] += diagonal + 4.0 * n3 * c3
-    a[HESSIAN + 4 * 11 + 5] += 2.0 * (n1 * c2 + n2 * c1)
-    a[HESSIAN + 4 * 11 + 6] += 2.0 * (n1 * c3 + n3 * c1)
-    a[HESSIAN + 5 * 11 + 6] += 2.0 * (n2 * c3 + n3 * c2)
-    _cross_into(a, HESSIAN + 4 * 11 + 8, 11, 2.0, m1, m2, m3)       # yv, zv
-    for i in range(11):
-        for j in range(i):
-            a[HESSIAN + i * 11 + j] = a[HESSIAN + j * 11 + i]
+    y1 = (-2.0 * (n2 * c3 - n3 * c2) + 4.0 * (k0 * m1 + k2 * m3 - k3 * m2)
+          - 2.0 * (k1 * t1 + k2 * u1 + k3 * v1))
+    y2 = (-2.0 * (n3 * c1 - n1 * c3) + 4.0 * (k0 * m2 + k3 * m1 - k1 * m3)
+          - 2.0 * (k1 * t2 + k2 * u2 + k3 * v2))
+    y3 = (-2.0 * (n1 * c2 - n2 * c1) + 4.0 * (k0 * m3 + k1 * m2 - k2 * m1)
+          - 2.0 * (k1 * t3 + k2 * u3 + k3 * v3))
+    trace = -4.0 * (nc + mk)
+    y11 = (trace + 4.0 * (n1 * c1 + c[1] * c3 * c3 + c[2] * c2 * c2)
+           - 2.0 * (k0 * t1 - k3 * u1 + k2 * v1))
+    y22 = (trace + 4.0 * (n2 * c2 + c[0] * c3 * c3 + c[2] * c1 * c1)
+           - 2.0 * (k3 * t2 + k0 * u2 - k1 * v2))
+    y33 = (trace + 4.0 * (n3 * c3 + c[0] * c2 * c2 + c[1] * c1 * c1)
+           + 2.0 * (k2 * t3 - k1 * u3 - k0 * v3))
+    y12 = 2.0 * (n1 * c2 + n2 * c1 - 2.0 * c[2] * c1 * c2 - k0 * t2 + k3 * u2 - k2 * v2)
+    y13 = 2.0 * (n1 * c3 + n3 * c1 - 2.0 * c[1] * c1 * c3 - k0 * t3 + k3 * u3 - k2 * v3)
+    y23 = 2.0 * (n2 * c3 + n3 * c2 - 2.0 * c[0] * c2 * c3 - k3 * t3 - k0 * u3 + k1 * v3)
+    y00 = 4.0 * (c[3] * k1 * k1 + c[4] * k2 * k2 + c[5] * k3 * k3 + mk)
+    _put_four(a, _Y_Y, half, y00, y1, y2, y3)
+    _put_four(a, _Y_Y + 4, half, y1, y11, y12, y13)
+    _put_four(a, _Y_Y + 8, half, y2, y12, y22, y23)
+    _put_four(a, _Y_Y + 12, half, y3, y13, y23, y33)
+    _put_four(a, _Y_Z, half, zero, -4.0 * c[3] * k1 - 2.0 * m1, -4.0 * c[4] * k2 - 2.0 * m2,
+              -4.0 * c[5] * k3 - 2.0 * m3)
+    _put_four(a, _Y_Z + 4, half, -2.0 * m1, 2.0 * t1, 2.0 * (u1 - m3), 2.0 * (v1 + m2))
+    _put_four(a, _Y_Z + 8, half, -2.0 * m2, 2.0 * (t2 + m3), 2.0 * u2, 2.0 * (v2 - m1))
+    _put_four(a, _Y_Z + 12, half, -2.0 * m3, 2.0 * (t3 - m2), 2.0 * (u3 + m1), 2.0 * v3)
 
 
 @jit
-def _relative_rotation(nodes, block, lane, inverse, q0, q1, q2, q3, a, node):
-    """Fill TURN and SPIN of `node`, whose quaternion is q, seen from the Gauss point in `lane`."""
-    p0, p1, p2, p3 = (nodes[block, P * LANES + lane], nodes[block, (P + 1) * LANES + lane],
-                      nodes[block, (P + 2) * LANES + lane], nodes[block, (P + 3) * LANES + lane])
-    s = (p0 * q0 + p1 * q1 + p2 * q2 + p3 * q3) * inverse
+def _put_row(a, row, half, x, y, z):
+    """Store three vectors into rows of the scratch array from `row` on."""
+    store4(a, row * LANES + half, x)
+    store4(a, (row + 1) * LANES + half, y)
+    store4(a, (row + 2) * LANES + half, z)
+
+
+@jit
+def _put_four(a, row, half, w, x, y, z):
+    """Store four vectors into rows of the scratch array from `row` on."""
+    store4(a, row * LANES + half, w)
+    _put_row(a, row + 1, half, x, y, z)
+
+
+@jit
+def _node_terms(s, c, a, half, node, at, shape, slope):
+    """Fill the rows of a node, whose quaternions are in lanes s[at:], for one Gauss point."""
+    p0, p1 = load4(s, P * LANES + half), load4(s, (P + 1) * LANES + half)
+    p2, p3 = load4(s, (P + 2) * LANES + half), load4(s, (P + 3) * LANES + half)
+    q0, q1 = load4(s, at), load4(s, at + LANES)
+    q2, q3 = load4(s, at + 2 * LANES), load4(s, at + 3 * LANES)
+    inverse = 1.0 / (p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
+    r = (p0 * q0 + p1 * q1 + p2 * q2 + p3 * q3) * inverse
     v1 = (p0 * q1 - q0 * p1 - p2 * q3 + p3 * q2) * inverse
     v2 = (p0 * q2 - q0 * p2 - p3 * q1 + p1 * q3) * inverse
     v3 = (p0 * q3 - q0 * p3 - p1 * q2 + p2 * q1) * inverse
-    two = 2.0 / (s * s + v1 * v1 + v2 * v2 + v3 * v3)
-    t = TURN + 9 * node
-    a[t] = 1.0 - two * (v2 * v2 + v3 * v3)
-    a[t + 1] = two * (v1 * v2 - s * v3)
-    a[t + 2] = two * (v1 * v3 + s * v2)
-    a[t + 3] = two * (v1 * v2 + s * v3)
-    a[t + 4] = 1.0 - two * (v1 * v1 + v3 * v3)
-    a[t + 5] = two * (v2 * v3 - s * v1)
-    a[t + 6] = two * (v1 * v3 - s * v2)
-    a[t + 7] = two * (v2 * v3 + s * v1)
-    a[t + 8] = 1.0 - two * (v1 * v1 + v2 * v2)
-    m = SPIN + 12 * node
-    a[m], a[m + 1], a[m + 2] = -v1, -v2, -v3
-    a[m + 3], a[m + 4], a[m + 5] = s, -v3, v2
-    a[m + 6], a[m + 7], a[m + 8] = v3, s, -v1
-    a[m + 9], a[m + 10], a[m + 11] = -v2, v1, s
+    base = _NODES + _NODE * node
+    weight = load4(s, WEIGHT * LANES + half)
+    two = (2.0 * slope) / (r * r + v1 * v1 + v2 * v2 + v3 * v3)
+    _put_row(a, base + _A, half, slope - two * (v2 * v2 + v3 * v3), two * (v1 * v2 - r * v3),
+             two * (v1 * v3 + r * v2))
+    _put_row(a, base + _A + 3, half, two * (v1 * v2 + r * v3), slope - two * (v1 * v1 + v3 * v3),
+             two * (v2 * v3 - r * v1))
+    _put_row(a, base + _A + 6, half, two * (v1 * v3 - r * v2), two * (v2 * v3 + r * v1),
+             slope - two * (v1 * v1 + v2 * v2))
+    for at, factor in ((base + _NJ, 0.5 * shape), (base + _DJ, 0.5 * slope)):
+        _put_row(a, at, half, -factor * v1, -factor * v2, -factor * v3)
+        _put_row(a, at + 3, half, factor * r, -factor * v3, factor * v2)
+        _put_row(a, at + 6, half, factor * v3, factor * r, -factor * v1)
+        _put_row(a, at + 9, half, -factor * v2, factor * v1, factor * r)
+    for row in range(3):
+        stiff = c[row] * weight
+        h1 = weight * load4(a, (_E_Y + 3 * row) * LANES + half)
+        h2 = weight * load4(a, (_E_Y + 3 * row + 1) * LANES + half)
+        h3 = weight * load4(a, (_E_Y + 3 * row + 2) * LANES + half)
+        for col in range(3):
+            at = (base + 3 * row + col) * LANES + half
+            store4(a, at + _CA * LANES, stiff * load4(a, at + _A * LANES))
+            j = (base + _NJ + col) * LANES + half
+            store4(a, at + _HJ * LANES, h1 * load4(a, j + 3 * LANES)
+                   + h2 * load4(a, j + 6 * LANES) + h3 * load4(a, j + 9 * LANES))
+    for row in range(4):
+        for col in range(3):
+            j = (base + _NJ + col) * LANES + half
+            u = splat4(0.0)
+            v = splat4(0.0)
+            for k in range(4):
+                by_shape = load4(a, j + 3 * k * LANES)
+                by_slope = load4(a, j + (_DJ - _NJ + 3 * k) * LANES)
+                u = (u + load4(a, (_Y_Y + 4 * row + k) * LANES + half) * by_shape
+                     + load4(a, (_Y_Z + 4 * row + k) * LANES + half) * by_slope)
+                v = v + load4(a, (_Y_Z + 4 * k + row) * LANES + half) * by_shape
+            if row > 0:
+                v = v + 4.0 * c[2 + row] * load4(a, j + (_DJ - _NJ + 3 * row) * LANES)
+            at = (base + 3 * row + col) * LANES + half
+            store4(a, at + _U * LANES, weight * u)
+            store4(a, at + _V * LANES, weight * v)
 
 
 @jit
-def _add_pairs(a, weight, shapes, slopes):
-    """Add this Gauss point's share to ELEMENT: shape functions and slopes of the three nodes."""
-    for j in range(3):
-        for row in range(11):
-            h = HESSIAN + 11 * row
-            t = TURN + 9 * j
-            m = SPIN + 12 * j
-            for col in range(3):
-                a[PRODUCT + 6 * row + col] = slopes[j] * (
-                    a[h] * a[t + col] + a[h + 1] * a[t + 3 + col] + a[h + 2] * a[t + 6 + col])
-                total = 0.0
-                for i in range(4):
-                    total += (shapes[j] * a[h + 3 + i] + slopes[j] * a[h + 7 + i]
-                              ) * a[m + 3 * i + col]
-                a[PRODUCT + 6 * row + 3 + col] = 0.5 * total
-        for i in range(3):
-            t = TURN + 9 * i
-            m = SPIN + 12 * i
-            for row in range(3):
-                at = ELEMENT + 18 * (6 * i + row) + 6 * j
-                at_turn = at + 18 * 3
-                for col in range(6):
-                    a[at + col] += weight * slopes[i] * (
-                        a[t + row] * a[PRODUCT + col] + a[t + 3 + row] * a[PRODUCT + 6 + col]
-                        + a[t + 6 + row] * a[PRODUCT + 12 + col])
-                    total = 0.0
-                    for k in range(4):
-                        total += a[m + 3 * k + row] * (
-                            shapes[i] * a[PRODUCT + 6 * (3 + k) + col]
-                            + slopes[i] * a[PRODUCT + 6 * (7 + k) + col])
-                    a[at_turn + col] += 0.5 * weight * total
+def _pair(a, one, two, out):
+    """Store the 6 x 6 block of the nodes `one` and `two` at a[out:], summed over the points."""
+    for row in range(3):
+        for col in range(3):
+            x = (_NODES + _NODE * one + row) * LANES
+            y = (_NODES + _NODE * two + col) * LANES
+            uu, ut, tu, tt = splat4(0.0), splat4(0.0), splat4(0.0), splat4(0.0)
+            for half in (0, ELEMENTS):
+                for k in (0, 3 * LANES, 6 * LANES):
+                    turn = load4(a, x + _A * LANES + half + k)
+                    uu = uu + turn * load4(a, y + _CA * LANES + half + k)
+                    ut = ut + turn * load4(a, y + _HJ * LANES + half + k)
+                    tu = tu + (load4(a, x + _HJ * LANES + half + k)
+                               * load4(a, y + _A * LANES + half + k))
+                for k in (0, 3 * LANES, 6 * LANES, 9 * LANES):
+                    tt = (tt + load4(a, x + _NJ * LANES + half + k)
+                          * load4(a, y + _U * LANES + half + k)
+                          + load4(a, x + _DJ * LANES + half + k)
+                          * load4(a, y + _V * LANES + half + k))
+            at = out + (6 * row + col) * ELEMENTS
+            store4(a, at, uu)
+            store4(a, at + 3 * ELEMENTS, ut)
+            store4(a, at + 18 * ELEMENTS, tu)
+            store4(a, at + 21 * ELEMENTS, tt)
 
 
 @jit
-def element_tangent(nodes, block, element, section, factor, a):
+def block_tangent(s, section, factor, a):
     """
-    Fill ELEMENT of the scratch array `a` with the tangent of `element` (0-3) of the block.
+    Fill the blocks LEFT_LEFT ... RIGHT_RIGHT of the scratch array `a` for the four elements of s.
 
-    Rows and columns: (displacement, rotation) of left, mid and right node, section axes each. It
-    is the derivative of FORCE turned into the nodes' axes and of the moment at fixed TORQUE frame;
-    what the turning of the moment's own axes adds is `moment_tangent`, for each node once.
-    The strains, stresses and P, DP, DX of the block must be those of the present state.
-    factor : float    as in `section_forces`, times which damping stiffens the material part
+    s : (BLOCK,)                 rows of a block; its strains, stresses and P, DP, DX are present
+    a : (TANGENT_WORK,)          a[LEFT_RIGHT + 4 (6 row + col) + element], for instance
+    factor : float               as in `section_forces`, times which damping stiffens the material
+    Rows and columns: (displacement, rotation), section axes of the node. It is the derivative of
+    FORCE turned into the nodes' axes and of the moment at fixed TORQUE frame; what the turning of
+    the moment's own axes adds is `moment_tangent`, for each node once. The matrix of an element is
+    symmetric, so the blocks above its diagonal say all.
     """
-    for i in range(324):
-        a[ELEMENT + i] = 0.0
     c = stiffness(section)
-    material = (factor * c[0], factor * c[1], factor * c[2],
-                factor * c[3], factor * c[4], factor * c[5])
+    c = (factor * c[0], factor * c[1], factor * c[2],
+         factor * c[3], factor * c[4], factor * c[5])
     scale = 2.0 / section.element_length
-    for point in range(2):
-        lane = element + ELEMENTS * point
-        _point_hessian(nodes, block, lane, material, a)
-        inverse = 0.0
-        for row in range(4):
-            inverse += nodes[block, (P + row) * LANES + lane] ** 2
-        inverse = 1.0 / inverse
-        at = (LQ * LANES + element, Q * LANES + element, Q * LANES + ELEMENTS + element)
-        for node in range(3):
-            _relative_rotation(nodes, block, lane, inverse, nodes[block, at[node]],
-                               nodes[block, at[node] + LANES], nodes[block, at[node] + 2 * LANES],
-                               nodes[block, at[node] + 3 * LANES], a, node)
-        if point == 0:
-            shapes = (N_NEAR, N_MID, N_FAR)
-            slopes = (scale * D_NEAR, scale * D_MID, scale * D_FAR)
+    for half in (0, ELEMENTS):
+        _point_hessian(s, c, a, half)
+        # the second point mirrors the first one
+        if half == 0:
+            near, far, slope_near, slope_far = N_NEAR, N_FAR, scale * D_NEAR, scale * D_FAR
+            middle = scale * D_MID
         else:
-            shapes = (N_FAR, N_MID, N_NEAR)
-            slopes = (-scale * D_FAR, -scale * D_MID, -scale * D_NEAR)
-        _add_pairs(a, nodes[block, WEIGHT * LANES + lane], shapes, slopes)
+            near, far, slope_near, slope_far = N_FAR, N_NEAR, -scale * D_FAR, -scale * D_NEAR
+            middle = -scale * D_MID
+        _node_terms(s, c, a, half, 0, LQ * LANES, near, slope_near)
+        _node_terms(s, c, a, half, 1, Q * LANES, N_MID, middle)
+        _node_terms(s, c, a, half, 2, Q * LANES + ELEMENTS, far, slope_far)
+    out = LEFT_LEFT
+    for one in range(3):
+        for two in range(one, 3):
+            _pair(a, one, two, out)
+            out += BLOCK
 
 
 @jit
-def moment_tangent(torque_scalar, m1, m2, m3, out):
-    """
-    Add to the 3 x 3 `out` what turning a node adds to its internal moment m, in its own axes.
+def add_to(a, at, value):
+    """Add a vector of four lanes to a[at:at + 4]."""
+    store4(a, at, load4(a, at) + value)
 
-    From moment = Im(conj(q) Y), q -> q (1, theta / 2): -Y.q theta / 2 + m x theta / 2.
-    """
-    for i in range(3):
-        out[i, i] -= 0.5 * torque_scalar
-    out[0, 1] -= 0.5 * m3
-    out[0, 2] += 0.5 * m2
-    out[1, 0] += 0.5 * m3
-    out[1, 2] -= 0.5 * m1
-    out[2, 0] -= 0.5 * m2
-    out[2, 1] += 0.5 * m1
 
+@jit
+def moment_tangent(a, at, scalar, m1, m2, m3):
+    """
+    Add to the 3 x 3 at a[at:] of a 6 x 6 block what turning a node adds to its internal moment.
+
+    From moment = Im(conj(q) Y), q -> q (1, theta / 2): -Y.q theta / 2 + m x theta / 2, in the
+    node's own axes; scalar = Y.q. Vectors of four lanes.
+    """
+    row = 6 * ELEMENTS
+    add_to(a, at, -0.5 * scalar)
+    add_to(a, at + ELEMENTS, -0.5 * m3)
+    add_to(a, at + 2 * ELEMENTS, 0.5 * m2)
+    add_to(a, at + row, 0.5 * m3)
+    add_to(a, at + row + ELEMENTS, -0.5 * scalar)
+    add_to(a, at + row + 2 * ELEMENTS, -0.5 * m1)
+    add_to(a, at + 2 * row, -0.5 * m2)
+    add_to(a, at + 2 * row + ELEMENTS, 0.5 * m1)
+    add_to(a, at + 2 * row + 2 * ELEMENTS, -0.5 * scalar)

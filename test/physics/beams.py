@@ -2,7 +2,7 @@
 from bristle_ros.model import build_model, build_state, new_scratch
 from bristle_ros.physics import layout
 from bristle_ros.physics.beam import internal_forces, stiffness
-from bristle_ros.physics.chain import RECORD
+from bristle_ros.physics.chain import MIDS, RECORD
 from bristle_ros.physics.equilibrium import settle
 from bristle_ros.physics.frame import CLAMP, FRAME
 from bristle_ros.physics.tip import TIP
@@ -140,8 +140,9 @@ class Cantilever:
         frame[9:12] = spin
         frame[CLAMP:CLAMP + 7] = self.model.clamp
         self.frame = frame
-        status = settle(self.model, None, self.s, np.zeros((self.model.elements, RECORD)),
-                        np.zeros(TIP), frame, np.asarray(load, float), self.scratch)
+        status = settle(self.model, None, self.s, np.zeros((self.model.blocks, MIDS)),
+                        np.zeros((self.model.elements, RECORD)), np.zeros(TIP), frame,
+                        np.asarray(load, float), self.scratch)
         assert status == 0
         block, lane = layout.tip_lane(self.model.elements)
         return self.rows[block, layout.X:layout.X + 3, lane], (

@@ -1,11 +1,14 @@
 """Strains, internal forces and tangents of the beam: objectivity, and finite differences."""
 from bristle_ros.physics import layout
 from bristle_ros.physics.beam import internal_forces, Section, stiffness
-from bristle_ros.physics.chain import (chain_work, CORNER, eliminate, factorise, load_residual,
-                                       MID, RECORD, substitute)
+from bristle_ros.physics.chain import (chain_work, eliminate, factorise, MIDS, RECORD,
+                                       substitute)
 from bristle_ros.physics.frame import FRAME, GRAVITY, SPIN, SPIN_RATE
+from bristle_ros.physics.lanes import load4
 from bristle_ros.physics.loads import residual
-from bristle_ros.physics.tangent import ELEMENT, element_tangent, moment_tangent, tangent_work
+from bristle_ros.physics.tangent import (BLOCK, block_tangent, LEFT_LEFT, moment_tangent,
+                                         TANGENT_WORK)
+from numba import njit
 import numpy as np
 from physics.beams import Beam, derivative, matrix, product, turn
 import pytest
@@ -100,31 +103,57 @@ def test_internal_forces_balance():
     assert abs(moment).max() < 1e-13
 
 
+@njit
+def _moment_tangents(rows, a):
+    """Fill a : (2, 144) with the moment tangents of the mid and right nodes, four lanes each."""
+    for half in (0, 4):
+        at = layout.Q * 8 + half
+        q0, q1 = load4(rows, at), load4(rows, at + 8)
+        q2, q3 = load4(rows, at + 16), load4(rows, at + 24)
+        at = layout.TORQUE * 8 + half
+        y0, y1 = load4(rows, at), load4(rows, at + 8)
+        y2, y3 = load4(rows, at + 16), load4(rows, at + 24)
+        moment_tangent(a[half // 4], 3 * 28, q0 * y0 + q1 * y1 + q2 * y2 + q3 * y3,
+                       q0 * y1 - q1 * y0 - q2 * y3 + q3 * y2,
+                       q0 * y2 - q2 * y0 - q3 * y1 + q1 * y3,
+                       q0 * y3 - q3 * y0 - q1 * y2 + q2 * y1)
+
+
+def tangents(beam, factor=1.0):
+    """Return the matrices of the four elements of the beam's first block: (4, 18, 18)."""
+    work = np.zeros(TANGENT_WORK)
+    block_tangent(beam.s[0], SECTION, factor, work)
+    matrices = np.empty((4, 18, 18))
+    at = LEFT_LEFT
+    for one in range(3):
+        for two in range(one, 3):
+            block = work[at:at + BLOCK].reshape(6, 6, 4).transpose(2, 0, 1)
+            matrices[:, 6 * one:6 * one + 6, 6 * two:6 * two + 6] = block
+            matrices[:, 6 * two:6 * two + 6, 6 * one:6 * one + 6] = block.transpose(0, 2, 1)
+            at += BLOCK
+    return matrices
+
+
 @pytest.mark.parametrize('seed', range(3))
 def test_tangent_is_the_derivative_of_the_forces(seed):
     beam = Beam(bent_nodes(4, seed), SECTION)
     axes = [matrix(q) for _, q in beam.nodes[1:]]
     numeric = derivative(beam, lambda: beam.forces(axes).ravel())
     ours = np.zeros((54, 54))
-    work = tangent_work()
+    whole = tangents(beam)
+    added = np.zeros((2, 144))
+    _moment_tangents(beam.s[0], added)
     for element in range(4):
-        element_tangent(beam.s, 0, element, SECTION, 1.0, work)
         at = slice(12 * element, 12 * element + 18)
-        ours[at, at] += work[ELEMENT:ELEMENT + 324].reshape(18, 18)
+        ours[at, at] += whole[element]
+        for node in range(2):
+            at = slice(12 * element + 6 + 6 * node, 12 * element + 12 + 6 * node)
+            ours[at, at] += added[node].reshape(6, 6, 4)[..., element]
     ours = ours[6:, 6:]
-    for n in range(1, 9):
-        y = product(beam.nodes[n][1] * [1, -1, -1, -1], beam.at(n, layout.TORQUE, 4))
-        at = slice(6 * n - 3, 6 * n)
-        added = np.zeros((3, 3))
-        moment_tangent(*y, added)
-        ours[at, at] += added
     assert abs(ours - numeric).max() < 1e-8 * abs(numeric).max()
     # the geometric part matters at this state: without prestress the matrix is another one
-    element_tangent(beam.s, 0, 0, SECTION, 1.0, work)
-    whole = work[ELEMENT:ELEMENT + 324].copy()
     beam.rows[:, layout.STRESS:layout.STRESS + 6] = 0.0
-    element_tangent(beam.s, 0, 0, SECTION, 1.0, work)
-    assert abs(work[ELEMENT:ELEMENT + 324] - whole).max() > 1e-2 * abs(whole).max()
+    assert abs(tangents(beam) - whole).max() > 1e-2 * abs(whole).max()
 
 
 @pytest.mark.parametrize('elements', [1, 3, 4, 6])
@@ -154,18 +183,15 @@ def test_chain_solves_what_a_dense_matrix_solves(elements):
 
     dense = -derivative(beam, out_of_balance)
     chain = np.zeros((elements, RECORD))
+    mids = np.zeros((beam.blocks, MIDS))
     right = rng.normal(size=(2 * elements, 6))
     assert factorise(beam.s, elements, SECTION, 1.0, ca + alpha * cv, frame[SPIN:],
-                     frame[SPIN_RATE:], cv, chain, chain_work()) == 0
+                     frame[SPIN_RATE:], cv, mids, chain, chain_work()) == 0
     for n in range(2 * elements):
         beam.at(n + 1, layout.R, 6)[:] = right[n]
-    load_residual(beam.s, elements, chain)
-    eliminate(chain, elements)
-    substitute(chain, elements)
-    records = chain
-    ours = np.empty((2 * elements, 6))
-    ours[::2] = records[:, MID:MID + 6]
-    ours[1::2] = records[:, CORNER:CORNER + 6]
+    eliminate(beam.s, elements, mids, chain)
+    substitute(beam.s, elements, mids, chain)
+    ours = np.array([beam.at(n + 1, layout.R, 6) for n in range(2 * elements)])
     assert abs(dense @ ours.ravel() - right.ravel()).max() < 1e-6 * abs(right).max()
 
 
@@ -173,14 +199,9 @@ def test_damped_factor_scales_the_material_part_only():
     # Kelvin-Voigt with the stress held: K(factor) - K(1) = (factor - 1) x material part, which at
     # zero stress is the whole of K.
     beam = Beam(bent_nodes(4, 7), SECTION)
-    work = tangent_work()
-    matrices = []
-    for factor in (1.0, 3.0):
-        element_tangent(beam.s, 0, 1, SECTION, factor, work)
-        matrices.append(work[ELEMENT:ELEMENT + 324].copy())
+    matrices = [tangents(beam, factor) for factor in (1.0, 3.0)]
     beam.rows[:, layout.STRESS:layout.STRESS + 6] = 0.0
-    element_tangent(beam.s, 0, 1, SECTION, 1.0, work)
-    material = work[ELEMENT:ELEMENT + 324]
+    material = tangents(beam)
     scale = abs(material).max()
     assert abs(matrices[1] - matrices[0] - 2.0 * material).max() < 1e-13 * scale
 

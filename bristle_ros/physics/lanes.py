@@ -1,0 +1,126 @@
+"""
+Vectors of four or eight lanes as values in kernels: `load4(a, i)` is a[i:i + 4] in registers.
+
+A value supports + - * / with its like and with numbers. LLVM finds vectors by itself only where it
+can prove that rows don't overlap, which takes offsets it knows while compiling; with these a kernel
+may loop over rows. Flags as in jit.py. There is no test for the index: as elsewhere in kernels.
+"""
+import operator
+
+from llvmlite import ir
+from numba.core import types
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, models, register_model
+
+_FLAGS = ('contract', 'nsz', 'arcp')
+
+
+class _Lanes(types.Type):
+    """The type of a vector of doubles."""
+
+    def __init__(self, width):
+        super().__init__(name=f'Lanes{width}')
+        self.width = width
+
+
+@register_model(_Lanes)
+class _LanesModel(models.PrimitiveModel):
+
+    def __init__(self, manager, type_):
+        super().__init__(manager, type_, _vector(type_.width))
+
+
+def _vector(width):
+    return ir.VectorType(ir.DoubleType(), width)
+
+
+def _splat(builder, value, width):
+    """Return a vector with the same number in all lanes."""
+    index = ir.IntType(32)
+    undefined = ir.Constant(_vector(width), ir.Undefined)
+    first = builder.insert_element(undefined, value, ir.Constant(index, 0))
+    return builder.shuffle_vector(
+        first, undefined, ir.Constant(ir.VectorType(index, width), [0] * width))
+
+
+def _operation(function, instruction):
+    """Teach numba an operator between lanes, or lanes and a number."""
+    @infer_global(function)
+    class _Template(AbstractTemplate):
+
+        def generic(self, args, kws):
+            lanes = [type_ for type_ in args if isinstance(type_, _Lanes)]
+            if len(args) == 2 and lanes and all(
+                    type_ == lanes[0] or isinstance(type_, types.Float) for type_ in args):
+                return signature(lanes[0], *args)
+            return None
+
+    def lower(context, builder, sig, values):
+        width = sig.return_type.width
+        x, y = (value if isinstance(type_, _Lanes) else _splat(builder, value, width)
+                for type_, value in zip(sig.args, values))
+        return getattr(builder, instruction)(x, y, flags=_FLAGS)
+
+    for left, right in ((_Lanes, _Lanes), (_Lanes, types.Float), (types.Float, _Lanes)):
+        lower_builtin(function, left, right)(lower)
+
+
+for _function, _instruction in ((operator.add, 'fadd'), (operator.sub, 'fsub'),
+                                (operator.mul, 'fmul'), (operator.truediv, 'fdiv')):
+    _operation(_function, _instruction)
+
+
+@infer_global(operator.neg)
+class _Negative(AbstractTemplate):
+
+    def generic(self, args, kws):
+        return signature(args[0], args[0]) if isinstance(args[0], _Lanes) else None
+
+
+@lower_builtin(operator.neg, _Lanes)
+def _negate(context, builder, sig, values):
+    return builder.fneg(values[0], flags=_FLAGS)
+
+
+def _place(context, builder, sig, values, width):
+    """Return the pointer to `width` numbers from values[1] on in the flat array values[0]."""
+    array = context.make_array(sig.args[0])(context, builder, values[0])
+    first = builder.gep(array.data, [values[1]])
+    return builder.bitcast(first, _vector(width).as_pointer())
+
+
+def _access(width):
+    """Make load, store (in flat, contiguous arrays) and splat of vectors of this width."""
+    lanes = _Lanes(width)
+
+    @intrinsic
+    def load(typing, array, index):
+        """Return array[index:index + width] as a vector."""
+        def generate(context, builder, sig, values):
+            value = builder.load(_place(context, builder, sig, values, width))
+            value.align = 8
+            return value
+        return lanes(array, types.intp), generate
+
+    @intrinsic
+    def store(typing, array, index, value):
+        """Store a vector into array[index:index + width]."""
+        def generate(context, builder, sig, values):
+            instruction = builder.store(
+                values[2], _place(context, builder, sig, values, width))
+            instruction.align = 8
+            return context.get_dummy_value()
+        return types.none(array, types.intp, lanes), generate
+
+    @intrinsic
+    def splat(typing, number):
+        """Return a vector with the same number in all lanes."""
+        def generate(context, builder, sig, values):
+            return _splat(builder, values[0], width)
+        return lanes(types.float64), generate
+
+    return load, store, splat
+
+
+load4, store4, splat4 = _access(4)
+load8, store8, splat8 = _access(8)
