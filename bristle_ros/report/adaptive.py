@@ -1,13 +1,15 @@
-"""Adaptive steps against fixed ones: the rows of work_precision.py where both are swept, beside."""
+"""Adaptive steps against fixed ones, from those rows of work_precision.py that sweep both."""
 import math
 
 import numpy as np
 
-from bristle_ros.report.page import new_figure, whole_decades
+from bristle_ros.report.page import new_figure
 from bristle_ros.report.work_precision import SWEPT
 
 MEASURES = {'tip_error_percent': 'error of the tip path [%]',
             'impulse_error_percent': 'error of the impulse per 5 ms [%]'}
+
+LINE = 0.05     # between two labels, of the panel's height
 
 
 def _points(rows, scene, family, key):
@@ -79,7 +81,33 @@ def _labelled(points, key):
     return found
 
 
-def draw(rows):
+def _few_ticks(panel):
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+    for axis in (panel.xaxis, panel.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=20))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f'{value:g}'))
+        axis.set_minor_formatter(NullFormatter())
+
+
+def _label(panel, points, side, colour):
+    """Write the labels apart, in a column at a side of the panel, with lines to the points."""
+    to_panel = panel.transData + panel.transAxes.inverted()
+    wanted = sorted((float(to_panel.transform((x, y))[1]), x, y, label) for x, y, label in points)
+    heights = []
+    for height, *_ in wanted:
+        heights.append(max(height, heights[-1] + LINE if heights else 0.03))
+    below = 0.97
+    for i in reversed(range(len(heights))):     # what grew out of the top goes down again
+        heights[i] = min(heights[i], below)
+        below = heights[i] - LINE
+    for height, (_, x, y, label) in zip(heights, wanted):
+        panel.annotate(
+            label, (x, y), xytext=(0.02 if side == 'left' else 0.98, height),
+            textcoords='axes fraction', fontsize=7, color=colour, ha=side, va='center',
+            arrowprops={'arrowstyle': '-', 'lw': 0.4, 'color': colour, 'shrinkA': 1, 'shrinkB': 3})
+
+
+def draw(rows, references=()):
     """Return a figure: fixed and adaptive steps on the plane of error and run time."""
     figure, axes = new_figure(len(SWEPT), 2, 10.5, 3.7)
     legend = None
@@ -90,20 +118,24 @@ def draw(rows):
                 panel.set_axis_off()
                 legend = panel
                 continue
-            for family, colour, marker, place, name in (
-                    ('step', '#1f77b4', 'o', (-5, -4), 'fixed steps, labelled with ITS'),
-                    ('adaptive', '#9467bd', 'v', (5, 1),
+            panel.set(title=scene, ylabel=title, xlabel='wall seconds per simulated second')
+            for family, colour, marker, name in (
+                    ('step', '#1f77b4', 'o', 'fixed steps, labelled with ITS'),
+                    ('adaptive', '#9467bd', 'v',
                      'adaptive steps, labelled with error_tolerance')):
                 points = _labelled(_points(rows, scene, family, key), key)
                 panel.loglog([p[0] for p in points], [p[1] for p in points], marker=marker,
                              color=colour, lw=1, ms=5, label=name)
-                for x, y, label in points:
-                    panel.annotate(label, (x, y), xytext=place, textcoords='offset points',
-                                   fontsize=7, color=colour, va='top' if place[0] < 0 else 'bottom',
-                                   ha='right' if place[0] < 0 else 'left')
-            panel.set(title=scene, ylabel=title, xlabel='wall seconds per simulated second')
-            panel.margins(x=0.35, y=0.1)
-            whole_decades(panel)
+            panel.margins(x=0.6, y=0.12)
+            for row in references:
+                if row['scene'] == scene and row['its_own_' + key] > 0.0:
+                    panel.axhline(row['its_own_' + key], color='#888', ls=':', lw=1,
+                                  label="the converged run's own error")
+            panel.autoscale_view()      # now: the labels are placed by the limits
+            _few_ticks(panel)
+            _label(panel, _labelled(_points(rows, scene, 'step', key), key), 'left', '#1f77b4')
+            _label(panel, _labelled(_points(rows, scene, 'adaptive', key), key), 'right',
+                   '#9467bd')
     handles, labels = axes[0, 0].get_legend_handles_labels()
     if legend is not None:
         legend.legend(handles, labels, loc='center')

@@ -141,7 +141,7 @@ def draw(found):
     high = 10.0 ** math.ceil(math.log10(max(values)))
     ends = np.array([low, high])
     marks = dict(zip(dict.fromkeys(s.scheme for s in found), 'osD^v<>PX*'))
-    for panel, touching, title in zip(axes.flat, (False, True), ('free', 'on the road')):
+    for panel, touching, title in zip(axes.flat, (False, True), ('free', 'tip on the road')):
         panel.fill_between(ends, ends / BAND, ends * BAND, color='#d9ead3', lw=0,
                            label=f'within a factor {BAND:g}')
         panel.plot(ends, ends, color='k', lw=0.8, label='estimate = true error')
@@ -150,7 +150,7 @@ def draw(found):
             panel.loglog([s.true for s in points], [s.estimate for s in points], mark, ms=4,
                          color=f'C{at}', alpha=0.7, mew=0, label=scheme)
         panel.set(xlim=(low, high), ylim=(low, high), xscale='log', yscale='log',
-                  title=f'steps {title}', ylabel='estimate, per length of the bristle',
+                  title=title, ylabel='estimate, per length of the bristle',
                   xlabel='true local error, per length of the bristle')
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc='outside lower center', ncols=5)
     return figure

@@ -132,7 +132,8 @@ def damping_force(progress, *, quick=False):
         panel.set_title(f'{name}, ITS 10 us')
         panel.set_xlabel('time [ms]')
         panel.set_ylabel('radial damping force\nat the clamp [N]')
-        panel.margins(y=0.3)
+        low, high = panel.get_ylim()
+        panel.set_ylim(low, high + 0.35 * (high - low))     # room for the legend
         panel.legend(loc='upper right', ncols=2)
     return rows, figure
 

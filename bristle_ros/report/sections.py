@@ -1,8 +1,9 @@
 """The sections of the report: each measures, and puts its tables and figures on the page."""
 import os
 
-from bristle_ros.report import (adaptive, campaign, campaign_cases, campaign_map, claims, estimate,
-                                features, modes, paper_claims, peers as others, work_precision)
+from bristle_ros.report import (adaptive, campaign, campaign_cases, campaign_map, claims,
+                                estimate as single_steps, features, modes, paper_claims,
+                                peers as others, work_precision)
 from bristle_ros.report.runs import one_core
 from bristle_ros.scene import from_parameters
 
@@ -42,43 +43,44 @@ def precision(page, progress, options):
         page.figure(figure, title)
     page.text('Undamped trains of impacts (S3, S4) do not repeat in detail; there the error of '
               'path and windows stays where the chaos of the scene puts it, at any step.', True)
-    _adaptive(page, rows)
+    _adaptive(page, rows, references)
     page.heading('Converged runs', 3)
     page.table('converged_runs', references)
     page.heading('All runs', 3)
     page.table('work_precision', rows)
 
 
-def _adaptive(page, rows):
+def _adaptive(page, rows, references):
     page.heading('Adaptive against fixed steps', 3)
     page.text('Lower left is better. Adaptive steps are halves of halves of the integration step, '
               'here the longest of the fixed ones, so that a loose tolerance gives that fixed '
               'run again; tolerances with the same result share a label. The tolerance bounds '
               "the local error of each step per length of the bristle, not the path's error. The "
               'table compares at equal error, between the fixed runs that none beats; no ratio '
-              'stands where no fixed run is as good.')
+              'stands where no fixed run is as good. In S4 chaos decides about single points: '
+              'read the cloud.')
     compared = adaptive.compare(rows)
-    page.figure(adaptive.draw(rows), 'adaptive against fixed steps')
+    page.figure(adaptive.draw(rows, references), 'adaptive against fixed steps')
     page.text(adaptive.verdict(compared))
     page.table('adaptive_against_fixed', compared)
 
 
-def local(page, progress, options):
+def estimate(page, progress, options):
     """Local error: estimate against truth."""
     page.heading('Estimate of the local error')
-    found, split = estimate.measure(progress, quick=options.quick)
-    rows = estimate.summary(found)
+    found, split = single_steps.measure(progress, quick=options.quick)
+    rows = single_steps.summary(found)
     whole = rows[-1]
     page.text(
         f'{len(found)} single steps of {len({(s.scene, s.its, s.scheme) for s in found})} runs: '
         'the estimate that the stepper gives for the step, against its true error, that to the '
-        f'same step from the same state in {estimate.PARTS} parts. Both are local, root mean '
+        f'same step from the same state in {single_steps.PARTS} parts. Both are local, root mean '
         'square over the mass that moved, per length of the bristle. Estimate over true error: '
         f'{whole["smallest_ratio"]:.2g} to {whole["largest_ratio"]:.2g}, median '
-        f'{whole["median_ratio"]:.3g}; {whole[f"outside_a_factor_{estimate.BAND:g}"]} steps '
-        f'outside a factor {estimate.BAND:g}. Left out, because a step done in sub-steps '
+        f'{whole["median_ratio"]:.3g}; {whole[f"outside_a_factor_{single_steps.BAND:g}"]} steps '
+        f'outside a factor {single_steps.BAND:g}. Left out, because a step done in sub-steps '
         f'estimates only its last one: {split}.')
-    page.figure(estimate.draw(found), 'estimate against true local error')
+    page.figure(single_steps.draw(found), 'estimate against true local error')
     page.table('local_error', rows)
     page.tables['local_error_steps'] = [{**s._asdict(), 'ratio': s.ratio} for s in found]
 

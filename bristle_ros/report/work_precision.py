@@ -163,6 +163,7 @@ def _draw_panel(panel, name, rows, key):
     panel.axvline(1.0, color='k', lw=0.8)
     panel.set_title(name)
     panel.set_xlabel('wall seconds per simulated second')
+    panel.margins(y=0.1)    # room for the labels
     whole_decades(panel)
 
 
