@@ -5,11 +5,13 @@ import re
 import subprocess
 import sys
 
-from bristle_ros.report import claims, modes, paper_claims, peers, peers_exudyn, peers_mujoco
+from bristle_ros.report import (adaptive, claims, estimate, modes, paper_claims, peers,
+                                peers_exudyn, peers_mujoco)
 from bristle_ros.report.page import Page
 from bristle_ros.report.peer_scenes import our_scene, peer_scene
 from bristle_ros.report.runs import impulse_error, Path, run, tip_error, total_impulse
 from bristle_ros.simulation import Simulation
+from matplotlib.text import Text
 import numpy as np
 import pytest
 
@@ -88,6 +90,106 @@ def test_the_polygon_rings_in_newmark_and_not_at_spectral_radius_0():
     assert 50.0 < peak('Newmark 0.005', 1e-3) < 200.0      # the paper: about 140 N
     assert 0.5 < peak('spectral radius 0', 1e-3) < 3.0
     assert peak('Newmark 0.005', 1e-5) < 0.05
+
+
+def test_every_step_of_the_polygon_has_its_row(monkeypatch):
+    made = []
+
+    def history(scene, duration):
+        made.append(scene)
+        return np.linspace(0.0, duration, 20), np.linspace(0.0, -2.0, 20)
+    monkeypatch.setattr(paper_claims, 'damping_history', history)
+    rows, figure = paper_claims.damping_force(lambda text: None)
+    figure.clear()
+    steps = {(row['TS_ms'], row['ITS_us']) for row in rows[:-1]}
+    assert steps == {(ts, its) for ts in (1.0, 0.1, 0.05, 0.01) for its in (10.0, 5.0, 1.0)} | {
+        (0.001, 1.0)}
+    assert len(made) == 3 * 13 + 1
+    coarse = next(row for row in rows if row['TS_ms'] == 1.0)
+    assert coarse['peak N, HHT 0.005'] == 2.0
+    assert coarse['planar model N, Newmark 0.005'] == 114.0
+    planar = paper_claims.against_planar([
+        {'peak N, Newmark 0.005': ours, 'planar model N, Newmark 0.005': theirs}
+        for ours, theirs in ((3.0, 2.0), (1.0, math.nan), (8.0, 4.0))])
+    assert planar == 'Ours over theirs: Newmark 0.005 1.5 to 2, median 1.75.'
+    rows, figure = paper_claims.damping_force(lambda text: None, quick=True)
+    figure.clear()
+    assert {row['ITS_us'] for row in rows} == {10.0, 5.0}
+
+
+def test_single_steps_are_compared_from_the_same_state(monkeypatch):
+    found = estimate.look_at('S2', 1e-3, {}, (20, 90))
+    for guess, true, touching in found:
+        assert 1e-8 < true < 1e-4
+        assert 1.0 / estimate.BAND < guess / true < estimate.BAND
+        assert not touching
+    touching = estimate.look_at('cutting_brush', 5e-4, {}, (160,))
+    assert touching[0][2]
+    # the same step again differs by what Newton leaves, and by nothing else
+    monkeypatch.setattr(estimate, 'PARTS', 1)
+    assert all(true < 1e-9 for _, true, _ in estimate.look_at('S2', 1e-3, {}, (20, 90)))
+
+
+def test_a_step_done_in_parts_is_left_out():
+    cases = (('S4', 0.02, (1e-3,)),)
+    keys = {'step': 'adaptive', 'error_tolerance': 1e-9}
+    found, split = estimate.measure(lambda text: None, cases=cases, schemes={'tight': keys})
+    assert not found
+    assert split > 1
+    assert estimate.summary(found) == []
+
+
+def test_the_summary_counts_what_is_outside_the_band():
+    def step(ratio, touching):
+        return estimate.Step('S2', 'rho 0', 1e-3, 0.1, touching, ratio * 1e-7, 1e-7)
+    rows = estimate.summary([step(0.3, False), step(1.0, False), step(2.9, True)])
+    assert [(row['count'], row['outside_a_factor_3']) for row in rows] == [
+        (2, 1), (1, 0), (3, 1), (3, 1)]
+    assert rows[-1]['smallest_ratio'] == pytest.approx(0.3)
+    assert rows[-1]['largest_ratio'] == pytest.approx(2.9)
+
+
+def work_rows(family, *points):
+    return [{'scene': 'cutting_brush', 'family': family, 'label': label, 'ITS_us': 100.0,
+             'wall_per_simulated_s': wall, 'tip_error_percent': error,
+             'impulse_error_percent': 3.0 * error} for label, wall, error in points]
+
+
+def test_adaptive_and_fixed_are_compared_at_equal_error():
+    # error 1 / wall^2, and a run that is both slower and worse than another
+    fixed = work_rows('step', ('1000 us', 1.0, 1.0), ('500 us', 2.0, 0.25),
+                      ('200 us', 4.0, 0.0625), ('bad', 5.0, 0.3))
+    assert adaptive.wall_at(fixed, 0.25) == pytest.approx(2.0)
+    assert adaptive.wall_at(fixed, 0.125) == pytest.approx(8.0 ** 0.5)
+    assert adaptive.wall_at(fixed, 7.0) == pytest.approx(1.0)
+    assert math.isnan(adaptive.wall_at(fixed, 0.05))
+    runs = work_rows('adaptive', ('tol 0.001', 1.5, 1.0), ('tol 0.0001', 1.2, 1.0),
+                     ('tol 1e-05', 1.0, 0.25), ('tol 1e-06', 9.0, 0.01))
+    rows = adaptive.compare(fixed + runs)
+    assert [row['error_tolerance'] for row in rows] == ['0.001', '0.0001', '1e-05', '1e-06']
+    for error in ('tip', 'impulse'):
+        ratios = [row[f'fixed_over_adaptive_at_this_{error}_error'] for row in rows]
+        assert ratios[:3] == pytest.approx([1.0 / 1.5, 1.0 / 1.2, 2.0])
+        assert math.isnan(ratios[3])
+    assert 'cutting_brush, tip: adaptive steps cheaper in 1 of 3 runs' in adaptive.verdict(rows)
+
+
+def test_labels_of_the_adaptive_figure_do_not_touch():
+    fixed = work_rows('step', *((f'{i} us', 0.1 + 1e-4 * i, 0.5 + 1e-4 * i) for i in range(6)))
+    runs = work_rows('adaptive', ('tol 0.001', 0.1, 0.5), ('tol 0.0001', 0.11, 0.5),
+                     ('tol 1e-05', 0.2, 0.01))
+    scenes = [{**row, 'scene': scene} for row in fixed + runs for scene in adaptive.SWEPT]
+    figure = adaptive.draw(scenes)
+    figure.canvas.draw()
+    for panel in figure.axes:
+        boxes = [Text.get_window_extent(text) for text in panel.texts]     # without the line
+        assert len(boxes) == 8      # two tolerances that gave the same run share one
+        frame = panel.get_window_extent()
+        for i, box in enumerate(boxes):
+            assert frame.x0 < box.x0 < box.x1 < frame.x1
+            assert frame.y0 < box.y0 < box.y1 < frame.y1
+            assert not any(box.overlaps(other) for other in boxes[:i])
+    figure.clear()
 
 
 @pytest.mark.parametrize(('module', 'elements', 'step', 'bound'), [

@@ -9,7 +9,7 @@ from bristle_ros.cli import Parser
 from bristle_ros.machine import provenance
 from bristle_ros.scene_error import SceneError
 
-SECTIONS = ('precision', 'peers', 'paper', 'theory', 'stability', 'cost')
+SECTIONS = ('precision', 'estimate', 'peers', 'paper', 'theory', 'stability', 'cost')
 
 
 def _parse(arguments):

@@ -20,9 +20,14 @@ INTEGRATORS = {
     'Newmark 0.005': {'integrator': 'newmark', 'amplitude_decay': 0.005},
     'HHT 0.005': {'integrator': 'hht', 'amplitude_decay': 0.005},
     'spectral radius 0': {'integrator': 'generalized_alpha', 'spectral_radius': 0.0}}
-POLYGON = (     # TS [s], ITS [s] of figure 4
-    (1e-3, 1e-5), (1e-3, 5e-6), (1e-3, 1e-6), (1e-4, 1e-5), (5e-5, 1e-5), (5e-5, 5e-6),
-    (1e-5, 1e-5), (1e-5, 5e-6), (1e-5, 1e-6), (1e-6, 1e-6))
+POLYGON = tuple(        # TS [s], ITS [s] of figure 4: TS is a whole multiple of ITS
+    (time_step, its) for time_step in (1e-3, 1e-4, 5e-5, 1e-5, 1e-6) for its in (1e-5, 5e-6, 1e-6)
+    if time_step >= its)
+PLANAR = {      # peaks [N] of two independent planar models of the same wire: Newmark, radius 0
+    (1e-3, 1e-5): (114.0, 1.1), (1e-3, 5e-6): (100.0, 2.1), (1e-3, 1e-6): (138.0, 9.0),
+    (1e-4, 1e-5): (107.0, 0.14), (5e-5, 1e-5): (0.2, math.nan), (5e-5, 5e-6): (80.0, 0.13),
+    (1e-5, 1e-5): (0.015, 0.016), (1e-5, 5e-6): (80.0, 0.03), (1e-5, 1e-6): (33.0, 0.10),
+    (1e-6, 1e-6): (0.015, math.nan)}
 
 
 def friction_curve(progress):
@@ -98,19 +103,22 @@ def damping_force(progress, *, quick=False):
             continue
         row = {'TS_ms': time_step * 1e3, 'ITS_us': its * 1e6,
                'odd_steps_per_corner': round(time_step / its) % 2 == 1}
+        duration = 0.02 if quick or its < 5e-6 else 0.1
         for integrator in INTEGRATORS:
             progress(f'figure 4: TS {time_step * 1e3:g} ms, ITS {its * 1e6:g} us, {integrator}')
-            duration = 0.02 if quick or its < 5e-6 else 0.1
             t, force = damping_history(
                 _figure4_scene(time_step, its, 'displacement', integrator), duration)
             row[f'peak N, {integrator}'] = float(np.abs(force).max())
             if its == (5e-6 if time_step == 5e-5 else 1e-5):
                 histories[time_step, integrator] = t, force
+        row['planar model N, Newmark 0.005'], row['planar model N, spectral radius 0'] = (
+            PLANAR.get((time_step, its), (math.nan, math.nan)))
+        row['simulated_ms'] = duration * 1e3
         rows.append(row)
     progress('figure 4: inertia load case')
     t, force = damping_history(_figure4_scene(0.0, 1e-5, 'inertia', 'Newmark 0.005'), 0.05)
     rows.append({'TS_ms': 'inertia load case', 'ITS_us': 10.0, **{
-        'peak N, Newmark 0.005': float(np.abs(force).max())}})
+        'peak N, Newmark 0.005': float(np.abs(force).max()), 'simulated_ms': 50.0}})
     figure, axes = new_figure(2, 2, 10.5, 3.0)
     colours = {1e-3: '#1f77b4', 1e-4: '#ff7f0e', 1e-5: '#2ca02c'}
     for panel, name, shown in zip(axes.flat, ('Newmark 0.005',) * 3 + ('spectral radius 0',), (
@@ -124,9 +132,22 @@ def damping_force(progress, *, quick=False):
         panel.set_title(f'{name}, ITS 10 us')
         panel.set_xlabel('time [ms]')
         panel.set_ylabel('radial damping force\nat the clamp [N]')
-        panel.margins(y=0.3)
+        low, high = panel.get_ylim()
+        panel.set_ylim(low, high + 0.35 * (high - low))     # room for the legend
         panel.legend(loc='upper right', ncols=2)
     return rows, figure
+
+
+def against_planar(rows):
+    """Return a sentence: our peaks of figure 4 over those of the planar models."""
+    said = []
+    for name in ('Newmark 0.005', 'spectral radius 0'):
+        ratios = [row[f'peak N, {name}'] / row[f'planar model N, {name}'] for row in rows
+                  if row.get(f'planar model N, {name}', math.nan) > 0.0]
+        if ratios:
+            said.append(f'{name} {min(ratios):.2g} to {max(ratios):.2g}, median '
+                        f'{np.median(ratios):.3g}')
+    return f'Ours over theirs: {"; ".join(said)}.'
 
 
 def tilted(its, load_case='inertia', time_step=0.0, *, depth=0.04, kn=1e4, beta=0.0, **solver):

@@ -16,6 +16,8 @@ from bristle_ros.scene import Contact, Damping, Drive, Road, Run, Scene, Solver
 STYLES = {      # family: colour and marker, the same in every diagram
     'step': ('#1f77b4', 'o'), 'elements': ('#2ca02c', 's'), 'integrator': ('#ff7f0e', '^'),
     'load case': ('#d62728', 'D'), 'adaptive': ('#9467bd', 'v')}
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)     # of adaptive steps, per length of the bristle
+SWEPT = ('S2', 'cutting_brush', 'S4')   # scenes whose tolerance is swept in either form
 
 
 class Subject(NamedTuple):
@@ -67,8 +69,8 @@ def _variants(subject, quick):
     for label, step in (('TS 0', 0.0), ('TS 1 ms', 1e-3)) if not quick else (('TS 0', 0.0),):
         found.append(('load case', f'displacement, {label}', usual,
                       {'load_case': 'displacement', 'time_step': step}))
-    for tolerance in (1e-4,) if quick else (1e-2, 1e-3, 1e-4, 1e-5):
-        found.append(('adaptive', f'tol {tolerance:g}', subject.steps[1],
+    for tolerance in (1e-5,) if quick and subject.name not in SWEPT else TOLERANCES:
+        found.append(('adaptive', f'tol {tolerance:g}', subject.steps[0],
                       {'step': 'adaptive', 'error_tolerance': tolerance}))
     return found
 
@@ -161,6 +163,7 @@ def _draw_panel(panel, name, rows, key):
     panel.axvline(1.0, color='k', lw=0.8)
     panel.set_title(name)
     panel.set_xlabel('wall seconds per simulated second')
+    panel.margins(y=0.1)    # room for the labels
     whole_decades(panel)
 
 
