@@ -124,7 +124,7 @@ def new_scratch(model):
     """Return the room that kernels work in."""
     return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
                    np.zeros((2, FRAME)), np.zeros((2, BASICS)), np.zeros((model.blocks, BLOCK)),
-                   np.zeros(TIP))
+                   np.zeros(TIP), np.zeros(2, np.int64))
 
 
 def straight_nodes(scene, model):
@@ -187,7 +187,7 @@ def build_state(scene, model):
         nodes, np.zeros((model.bristles, model.blocks, MIDS)),
         np.zeros((model.bristles, model.elements, RECORD)),
         np.zeros((model.bristles, TIP)), np.zeros((model.bristles, COUNTS), np.int64),
-        start_motion(scene), np.zeros(2, np.int64), np.zeros((model.bristles, AUDIT)))
+        start_motion(scene), np.zeros(1, np.int64), np.zeros((model.bristles, AUDIT)))
 
 
 def check_start(scene, gaps):

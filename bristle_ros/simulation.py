@@ -12,10 +12,11 @@ from .physics.drive import RAMP, ramp_at as compiled_ramp_at
 from .physics.frame import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, ROTATION, SPEED, YAW)
 from .physics.layout import ELEMENTS, LANES, ROWS, X
 from .physics.start import initialise
-from .physics.stepping import (advance, FAILURES, NEWTON, NO_CONVERGENCE, NOT_FINITE, own_frame,
+from .physics.stepping import (FAILURES, NEWTON, NO_CONVERGENCE, NOT_FINITE, own_frame,
                                SINGULAR_MATRIX, SUBSTEPS, TOO_INACCURATE)
 from .physics.tip import GAP
 from .snapshot import Snapshot
+from .stepper import Stepper
 
 REASONS = {
     SINGULAR_MATRIX: 'the iteration matrix became singular',
@@ -52,12 +53,14 @@ class Simulation:
 
     scene : Scene
     energies : bool    keep the accounts of work and dissipation (snapshots have NaN without)
+    threads : int      that share out the bristles; None: what the machine has. The bits are the
+                       same for any number
 
     Building compiles what the scene needs (`compile_time` [s]) and puts the brush at its start.
     Raises SceneError where a bristle would start inside the road.
     """
 
-    def __init__(self, scene, *, energies=False):
+    def __init__(self, scene, *, energies=False, threads=None):
         """Build, compile and go to the start."""
         self.scene = scene
         self.its = scene.solver.integration_time_step
@@ -70,6 +73,8 @@ class Simulation:
         self._rows = np.zeros((self.model.bristles, output.BRISTLE_COLUMNS))
         self._totals = np.zeros(output.TOTALS)
         self.state = build_state(scene, self.model)
+        self._stepper = Stepper(self.model, self._law, self._viscosity, self.state,
+                                threads=threads)
         self._start = None
         self._to_start()
         self._warm()
@@ -110,22 +115,22 @@ class Simulation:
 
     def _warm(self):
         """Compile by taking no step and one look; neither changes the state."""
-        self.advance(0)
+        self._stepper.warm()
         self._observe()
 
     def advance(self, steps):
         """
-        Advance by `steps` integration steps in one compiled call that lets go of the GIL.
+        Advance by `steps` integration steps in compiled calls that let go of the GIL.
 
         Raises StepFailure where even the smallest sub-step fails; the state is then the one at the
         start of the failed step.
         """
-        status = advance(self.model, self._law, self._viscosity, self.state, self._scratch, steps)
+        status, bristle = self._stepper.advance(steps)
         if status:
             step = self.step
             reason = REASONS[status]
             if self.model.bristles > 1:
-                reason = f'bristle {self.state.step[1]}: {reason}'
+                reason = f'bristle {bristle}: {reason}'
             raise StepFailure(step * self.its, step,
                               f'{reason} in the smallest sub-step; a smaller '
                               'solver.integration_time_step or more damping may do')

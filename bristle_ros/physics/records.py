@@ -38,7 +38,7 @@ class State(NamedTuple):
     tip: np.ndarray             # (B, TIP) tip.py
     counts: np.ndarray          # (B, COUNTS) int64, running counts of stepping.py
     motion: np.ndarray          # (MOTION,) frame.py: the ramps that commands change
-    step: np.ndarray            # (2,) int64: steps done, and the bristle of the last failure
+    step: np.ndarray            # (1,) int64: steps done
     audit: np.ndarray           # (B, AUDIT) energy accounts
 
 
@@ -53,3 +53,4 @@ class Scratch(NamedTuple):
     basics: np.ndarray          # (2, BASICS)
     saved: np.ndarray           # (blocks, BLOCK)
     saved_tip: np.ndarray       # (TIP,)
+    failed: np.ndarray          # (2,) int64: step and bristle of a failure

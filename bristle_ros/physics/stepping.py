@@ -23,6 +23,7 @@ SLOW = 0.4              # contraction above which the matrix is factorised anew
 EASY = 5                # iterations up to which a sub-step may become longer again
 DEEPEST = 14            # halvings of the integration step
 FINEST = 10             # halvings that the error estimate may ask for
+BATCH = 64              # steps in one call: their frames are worked out beforehand
 WHOLE = 1 << DEEPEST
 MAX_ATTEMPTS = 2 * WHOLE
 
@@ -201,18 +202,21 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
 
 
 @jit
-def own_frame(model, motion, azimuth, t, scratch, frame):
-    """Fill the frame record of a bristle (cosine and sine of its azimuth) at time t."""
-    if azimuth[0] == 1.0:
-        frame_at(t, model.drive, model.displacement, motion, scratch.basics, frame)
-    else:
-        frame_at(t, model.drive, model.displacement, motion, scratch.basics, scratch.frame)
-        turn_frame(scratch.frame, azimuth[0], azimuth[1], frame)
+def mount_frame(model, motion, t, scratch, frame):
+    """Fill the frame record of a bristle at azimuth 0 at time t."""
+    frame_at(t, model.drive, model.displacement, motion, scratch.basics, frame)
     if model.displacement:
         drive_clamp(t, model.drive, motion, model.clamp, scratch.basics, frame)
     else:
         for i in range(7):
             frame[CLAMP + i] = model.clamp[i]
+
+
+@jit
+def own_frame(model, motion, azimuth, t, scratch, frame):
+    """Fill the frame record of a bristle (cosine and sine of its azimuth) at time t."""
+    mount_frame(model, motion, t, scratch, scratch.frame)
+    turn_frame(scratch.frame, azimuth[0], azimuth[1], frame)
 
 
 @jit
@@ -224,10 +228,11 @@ def keep_copy(source, into):
 
 @jit
 def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, tip, counts,
-               scratch, step):
+               scratch, step, table):
     """
     Advance one bristle over one integration step, in halves of halves where Newton fails.
 
+    table : (3, FRAME)    frame records at azimuth 0 at the step's start, middle and end
     Returns OK, or the last failure's status with the state as it was at the step's start.
     """
     frames = scratch.frames
@@ -239,8 +244,11 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
     for _ in range(MAX_ATTEMPTS):
         size = WHOLE >> level
         for i in range(3):
-            part = (position + 0.5 * i * size) / WHOLE
-            own_frame(model, motion, azimuth, (step + part) * model.its, scratch, frames[i])
+            if size == WHOLE:
+                turn_frame(table[i], azimuth[0], azimuth[1], frames[i])
+            else:
+                part = (position + 0.5 * i * size) / WHOLE
+                own_frame(model, motion, azimuth, (step + part) * model.its, scratch, frames[i])
         counted = counts[NEWTON]
         status = try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames,
                           scratch, model.its / (1 << level), model.its / (1 << FINEST))
@@ -271,22 +279,37 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
 
 
 @jit
-def advance(model, law, viscosity, state, scratch, steps):
+def fill_frames(model, law, state, scratch, steps, table):
     """
-    Advance all bristles by `steps` integration steps in place; return 0 or a failure's status.
+    Fill the frame records at azimuth 0 of the next `steps` steps: all bristles share them.
 
-    On failure the state is the one at the start of the failed step, whose number is state.step[0];
-    state.step[1] is then the bristle.
+    table : (2 BATCH + 1, FRAME)    at the steps' starts and ends and, with contact, middles
     """
-    for _ in range(steps):
-        step = state.step[0]
-        for bristle in range(model.bristles):
-            status = whole_step(model, law, viscosity, state.audit[bristle], state.motion,
-                                model.azimuth[bristle], state.nodes[bristle],
-                                state.mids[bristle], state.chain[bristle],
-                                state.tip[bristle], state.counts[bristle], scratch, step)
+    for i in range(2 * steps + 1):
+        if law is not None or i % 2 == 0:
+            mount_frame(model, state.motion, (state.step[0] + 0.5 * i) * model.its, scratch,
+                        table[i])
+
+
+@jit
+def advance(model, law, viscosity, state, scratch, table, first, stride, steps):
+    """
+    Advance the bristles first, first + stride, ... by `steps` steps in place, one after the other.
+
+    They know nothing of each other, so that threads may share them out. Returns 0, or the status
+    of the first failure; state.step[0] stays for the caller to move, and after a failure
+    scratch.failed is its step, counted from there, and bristle. A lone bristle is then at the
+    start of the failed step.
+    """
+    for bristle in range(first, model.bristles, stride):
+        for step in range(steps):
+            status = whole_step(
+                model, law, viscosity, state.audit[bristle], state.motion, model.azimuth[bristle],
+                state.nodes[bristle], state.mids[bristle], state.chain[bristle],
+                state.tip[bristle], state.counts[bristle], scratch, state.step[0] + step,
+                table[2 * step:])
             if status != OK:
-                state.step[1] = bristle
+                scratch.failed[0] = step
+                scratch.failed[1] = bristle
                 return status
-        state.step[0] = step + 1
     return OK
