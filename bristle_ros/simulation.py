@@ -66,19 +66,28 @@ class Simulation:
         self.its = scene.solver.integration_time_step
         began = time.perf_counter()
         self._energies = energies
-        self.model = build_model(scene, accounting=energies)
+        model = build_model(scene, accounting=energies)
         self._law = contact_law(scene)
         self._viscosity = viscosity_of(scene)
-        self._scratch = new_scratch(self.model)
-        self._rows = np.zeros((self.model.bristles, output.BRISTLE_COLUMNS))
+        self._scratch = new_scratch(model)
+        self._rows = np.zeros((model.bristles, output.BRISTLE_COLUMNS))
         self._totals = np.zeros(output.TOTALS)
-        self.state = build_state(scene, self.model)
-        self._stepper = Stepper(self.model, self._law, self._viscosity, self.state,
+        self.state = build_state(scene, model)
+        self._stepper = Stepper(model, self._law, self._viscosity, self.state,
                                 threads=threads)
         self._start = None
         self._to_start()
         self._warm()
         self.compile_time = time.perf_counter() - began
+
+    @property
+    def model(self):
+        """The Model being stepped; another of the same sizes may take its place."""
+        return self._stepper.model
+
+    @model.setter
+    def model(self, model):
+        self._stepper.model = model
 
     @property
     def step(self):

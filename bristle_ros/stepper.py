@@ -22,8 +22,8 @@ class Stepper:
 
     def __init__(self, model, law, viscosity, state, *, threads=None):
         """Take model, law and viscosity as kernels do; threads: None for what the machine has."""
-        self._constants = model, law, viscosity
-        self._bristles = model.bristles
+        self.model = model
+        self._laws = law, viscosity
         self._state = state
         available = threads or len(os.sched_getaffinity(0))
         self.threads = max(1, min(available, model.bristles // SHARE))
@@ -68,8 +68,7 @@ class Stepper:
 
     def _run(self, steps):
         """Make the steps from the state's own on; None, or (step, status, bristle) of a failure."""
-        model, law, viscosity = self._constants
-        fill_frames(model, law, self._state, self._scratch[0], steps, self._table)
+        fill_frames(self.model, self._laws[0], self._state, self._scratch[0], steps, self._table)
         if self.threads > 1 and self._pool is None:
             self._pool = ThreadPoolExecutor(self.threads - 1, 'stepper')
         others = [self._pool.submit(self._share, i, steps) for i in range(1, self.threads)]
@@ -78,8 +77,8 @@ class Stepper:
 
     def _share(self, first, steps):
         scratch = self._scratch[first]
-        status = advance(*self._constants, self._state, scratch, self._table, first, self.threads,
-                         steps)
+        status = advance(self.model, *self._laws, self._state, scratch, self._table, first,
+                         self.threads, steps)
         if status:
             return int(scratch.failed[0]), status, int(scratch.failed[1])
         return None

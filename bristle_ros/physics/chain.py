@@ -262,8 +262,15 @@ def factorise(s, elements, section, factor, mass_factor, spin, spin_rate, cv, mi
             block_tangent(s[j], section, factor, work)
             _add_nodes(s[j], 0, work, MIDDLE_MIDDLE, mass_factor, spin, spin_rate, cv)
             _add_nodes(s[j], ELEMENTS, work, RIGHT_RIGHT, mass_factor, spin, spin_rate, cv)
+            fillers = range(elements - j * ELEMENTS, ELEMENTS)
+            for filler in fillers:
+                for i in range(6):
+                    work[MIDDLE_MIDDLE + i * (_ROW + ELEMENTS) + filler] = 1.0
             if _condense(work, mids[j]) != OK:
                 return SINGULAR
+            for filler in fillers:      # they never move
+                for i in range(36):
+                    mids[j, MID_INVERSE + ELEMENTS * i + filler] = 0.0
         if e == 0:
             for col in range(6):
                 for row in range(6):
@@ -277,9 +284,6 @@ def factorise(s, elements, section, factor, mass_factor, spin, spin_rate, cv, mi
         if _invert_record(chain[e - 1]) != OK:
             return SINGULAR
         _link(work, lane, chain[e - 1], chain[e])
-    for lane in range((elements - 1) % ELEMENTS + 1, ELEMENTS):     # fillers never move
-        for i in range(36):
-            mids[(elements - 1) // ELEMENTS, MID_INVERSE + ELEMENTS * i + lane] = 0.0
     return _invert_record(chain[elements - 1])
 
 

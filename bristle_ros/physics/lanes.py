@@ -8,9 +8,10 @@ may loop over rows. Flags as in jit.py. There is no test for the index: as elsew
 import operator
 
 from llvmlite import ir
-from numba.core import types
+from numba.core import config, types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
+import numpy as np
 
 _FLAGS = ('contract', 'nsz', 'arcp')
 
@@ -122,5 +123,20 @@ def _access(width):
     return load, store, splat
 
 
-load4, store4, splat4 = _access(4)
-load8, store8, splat8 = _access(8)
+def _interpreted(width):
+    """Do the same to numpy arrays, for kernels that are not compiled (NUMBA_DISABLE_JIT)."""
+    def load(array, index):
+        return array[index:index + width].copy()
+
+    def store(array, index, value):
+        array[index:index + width] = value
+
+    def splat(number):
+        return np.full(width, number)
+
+    return load, store, splat
+
+
+_made = _interpreted if config.DISABLE_JIT else _access
+load4, store4, splat4 = _made(4)
+load8, store8, splat8 = _made(8)

@@ -97,6 +97,16 @@ def contact_correction(s, j, lane, chain, e, law, h, ca, drift, gain, start, mid
     p1, p2, p3 = rotate(end, ROTATION, x1, x2, x3)
     o1, o2, o3 = rotate(start, ROTATION, s[j, X0 * LANES + lane], s[j, (X0 + 1) * LANES + lane],
                         s[j, (X0 + 2) * LANES + lane])
+    gap0 = o3 + start[HEIGHT]
+    moved1 = p1 - o1 + h * middle[VELOCITY]
+    moved2 = p2 - o2 + h * middle[VELOCITY + 1]
+    gap1 = p3 + end[HEIGHT]
+    g1, g2, g3 = tip[FORCE], tip[FORCE + 1], tip[FORCE + 2]
+    if g3 == 0.0 and gap0 >= 0.0 and gap1 >= 0.0:   # the road is out of reach
+        tip[STATE] = OPEN
+        tip[GAP] = gap1
+        tip[SLIP_MOVED], tip[SLIP_MOVED + 1], tip[SLIP_MOVED + 2] = moved1, moved2, gap1 - gap0
+        return True
     w = scratch[:3]
     for col in range(3):
         # unit force along road axis `col` -> section axes -> displacement -> road axes
@@ -113,11 +123,6 @@ def contact_correction(s, j, lane, chain, e, law, h, ca, drift, gain, start, mid
             end, ROTATION, axes[0][0] * d1 + axes[0][1] * d2 + axes[0][2] * d3,
             axes[1][0] * d1 + axes[1][1] * d2 + axes[1][2] * d3,
             axes[2][0] * d1 + axes[2][1] * d2 + axes[2][2] * d3)
-    gap0 = o3 + start[HEIGHT]
-    moved1 = p1 - o1 + h * middle[VELOCITY]
-    moved2 = p2 - o2 + h * middle[VELOCITY + 1]
-    gap1 = p3 + end[HEIGHT]
-    g1, g2, g3 = tip[FORCE], tip[FORCE + 1], tip[FORCE + 2]
     base = scratch[3]
     base[0] = moved1 - (w[0, 0] * g1 + w[0, 1] * g2 + w[0, 2] * g3)
     base[1] = moved2 - (w[1, 0] * g1 + w[1, 1] * g2 + w[1, 2] * g3)
