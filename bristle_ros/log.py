@@ -44,6 +44,7 @@ class Log:
         self._origin = origin
         self._resolve = resolve
         self._channels = {}
+        self._topics = messages.topics(scene.run.frame_prefix)
         self._commands = messages.command_types(scene.run.stamped_cmd_vel)
         self._capacity = capacity
         self._queue, self._backlog = deque(), 0
@@ -168,7 +169,7 @@ class Log:
             while events and events[0].step < snapshot.step:
                 self._store_event(events.popleft(), wall)
             stamp = self._stamp(snapshot.step)
-            for topic in messages.TOPICS:
+            for topic in self._topics:
                 self._file.add(self._channel(topic.name, topic.type), stamp, wall,
                                topic.encode(snapshot, stamp))
         for event in events:

@@ -9,10 +9,14 @@ import json
 import struct
 from typing import NamedTuple
 
+import numpy as np
+
 from .snapshot import Snapshot
 
-MOUNT_FRAME = 'brush_mount'
+# Each after the prefix `run.frame_prefix`.
 ROAD_FRAME = 'road'
+MOUNT_FRAME = 'brush_mount'
+BRUSH_FRAME = 'brush'
 JOINT = 'brush_joint'
 
 WRENCH = 'geometry_msgs/msg/WrenchStamped'
@@ -24,6 +28,8 @@ TWIST = 'geometry_msgs/msg/Twist'
 TWIST_STAMPED = 'geometry_msgs/msg/TwistStamped'
 DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
 CLOCK = 'rosgraph_msgs/msg/Clock'
+MARKERS = 'visualization_msgs/msg/MarkerArray'
+TF = 'tf2_msgs/msg/TFMessage'
 
 EVENTS = '~/events'
 
@@ -62,41 +68,37 @@ def _unpack(packer, payload):
 class _Stamped:
     """Packs messages that are a std_msgs/Header, something constant, and then only float64."""
 
-    def __init__(self, frame, n_values, constant=b''):
-        head = _aligned(_HEADER + bytes(8) + _string(frame) + constant, 8)
+    def __init__(self, frame, n_values):
+        head = _aligned(_HEADER + bytes(8) + _string(frame), 8)
         self._head = head[:4]
         self._tail = head[12:]
         self._packer = struct.Struct(f'<4siI{len(self._tail)}s{n_values}d')
+        self._values = struct.Struct(f'<{n_values}d')
 
     def pack(self, stamp, *values):
         sec, nanosec = divmod(stamp, 1_000_000_000)
         return self._packer.pack(self._head, sec, nanosec, self._tail, *values)
 
     def unpack(self, payload):
-        return _unpack(self._packer, payload)[4:]
+        """Return the values, whatever the frame_id."""
+        try:
+            (length,) = struct.unpack_from('<I', payload, 12)
+        except struct.error as error:
+            raise ValueError(f'message is too short: {error}') from None
+        head = len(payload) - self._values.size
+        if head != 16 + length + -(12 + length) % 8:
+            raise ValueError(f'{len(payload)} bytes do not fit a frame_id of {length}')
+        return self._values.unpack_from(payload, head)
 
 
-_mount = _Stamped(MOUNT_FRAME, 6)
-_road = _Stamped(ROAD_FRAME, 6)
-_pose = _Stamped(MOUNT_FRAME, 7)
+def _wrenches(packer, force, torque):
+    """Return the encoder of wrenches; force(snapshot) and torque(snapshot) are (3,) arrays."""
+    def encode(snapshot, stamp):
+        return packer.pack(stamp, *force(snapshot).tolist(), *torque(snapshot).tolist())
+    return encode
 
 
-def _contact_wrench(snapshot, stamp):
-    return _mount.pack(
-        stamp, *snapshot.contact_force_mount.tolist(), *snapshot.contact_torque_mount.tolist())
-
-
-def _tip_wrench(snapshot, stamp):
-    return _road.pack(stamp, *snapshot.contact_force[0].tolist(), 0.0, 0.0, 0.0)
-
-
-def _mount_wrench(snapshot, stamp):
-    return _mount.pack(stamp, *snapshot.brush_force.tolist(), *snapshot.brush_torque.tolist())
-
-
-def _tip_pose(snapshot, stamp):
-    return _pose.pack(stamp, *snapshot.tip_position_mount[0].tolist(),
-                      *snapshot.tip_orientation_mount[0].tolist())
+_NO_TORQUE = np.zeros(3)
 
 
 class _JointState:
@@ -142,14 +144,33 @@ _WRENCH_FIELDS = tuple(f'wrench.{part}.{axis}' for part in ('force', 'torque') f
 _POSE_FIELDS = (*(f'pose.position.{axis}' for axis in _XYZ),
                 *(f'pose.orientation.{axis}' for axis in (*_XYZ, 'w')))
 
-TOPICS = (
-    Topic('contact_wrench', WRENCH, _contact_wrench, _mount.unpack, _WRENCH_FIELDS, (3, 3)),
-    Topic('tip_wrench', WRENCH, _tip_wrench, _road.unpack, _WRENCH_FIELDS, (3, 3)),
-    Topic('mount_wrench', WRENCH, _mount_wrench, _mount.unpack, _WRENCH_FIELDS, (3, 3)),
-    Topic('tip_pose', POSE, _tip_pose, _pose.unpack, _POSE_FIELDS, (3, 4)),
-    Topic('joint_states', JOINT_STATE, _joint_states, _joint.unpack,
-          ('position[0]', 'velocity[0]', 'effort[0]'), (1, 1, 1)),
-)
+
+def topics(prefix=''):
+    """Return the published Topics; `prefix` goes before their frames (`run.frame_prefix`)."""
+    mount, road = _Stamped(prefix + MOUNT_FRAME, 6), _Stamped(prefix + ROAD_FRAME, 6)
+    pose = _Stamped(prefix + MOUNT_FRAME, 7)
+
+    def tip_pose(snapshot, stamp):
+        return pose.pack(stamp, *snapshot.tip_position_mount[0].tolist(),
+                         *snapshot.tip_orientation_mount[0].tolist())
+
+    def wrench(name, packer, force, torque):
+        return Topic(name, WRENCH, _wrenches(packer, force, torque), packer.unpack,
+                     _WRENCH_FIELDS, (3, 3))
+
+    return (
+        wrench('contact_wrench', mount, lambda snapshot: snapshot.contact_force_mount,
+               lambda snapshot: snapshot.contact_torque_mount),
+        wrench('tip_wrench', road, lambda snapshot: snapshot.contact_force[0],
+               lambda snapshot: _NO_TORQUE),
+        wrench('mount_wrench', mount, lambda snapshot: snapshot.brush_force,
+               lambda snapshot: snapshot.brush_torque),
+        Topic('tip_pose', POSE, tip_pose, pose.unpack, _POSE_FIELDS, (3, 4)),
+        Topic('joint_states', JOINT_STATE, _joint_states, _joint.unpack,
+              ('position[0]', 'velocity[0]', 'effort[0]'), (1, 1, 1)))
+
+
+TOPICS = topics()   # for their names, types and values; their bytes are those without a prefix
 
 
 def command_types(stamped):

@@ -202,7 +202,7 @@ class BrushNode(LifecycleNode):
         """Publish and log a chunk; the pacing thread calls this."""
         driver = self._driver
         snapshot = self._last = chunk.last
-        self._outputs.publish(snapshot, driver.simulation.centreline, driver.now(),
+        self._outputs.publish(snapshot, driver.simulation, driver.now(), driver.resets,
                               clock=self._stepping)
         if self._log and self._log.write(chunk):
             driver.late_chunks += 1  # it waited for the disk

@@ -1,12 +1,13 @@
 """What the node publishes: bytes from messages.py, and only what somebody listens to."""
-from bristle_ros import messages
+from bristle_ros import messages, messages_view
+from bristle_ros.simulation_mount import MountPath
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import Point, PoseStamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from visualization_msgs.msg import Marker, MarkerArray
+from visualization_msgs.msg import MarkerArray
 
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 _TYPES = {messages.WRENCH: WrenchStamped, messages.POSE: PoseStamped,
@@ -25,10 +26,16 @@ class Outputs:
     def __init__(self, node, scene, origin):
         self._its = scene.solver.integration_time_step
         self._origin = origin
-        self._wire_width = max(scene.bristle.breadth, 1e-3)
+        self._frame_prefix, self._transforms = scene.run.frame_prefix, scene.run.publish_tf
+        self._path = MountPath(scene)
         self._topics = [(self._publisher(node, _TYPES[topic.type], topic.name), topic.encode)
-                        for topic in messages.TOPICS]
+                        for topic in messages.topics(scene.run.frame_prefix)]
         self._markers = self._publisher(node, MarkerArray, 'bristle_markers')
+        self._layout = None     # of the markers, made when somebody subscribes
+        self._scene = scene
+        self._tf = None
+        if self._transforms != 'none':
+            self._tf = self._transform_publisher(node)
         self._clock, self._clock_last = None, 0
         if scene.run.publish_clock:
             self._clock = self._publisher(node, Clock, '/clock')
@@ -41,10 +48,18 @@ class Outputs:
         return node.create_lifecycle_publisher(
             type_, name, reliable(), qos_overriding_options=OVERRIDABLE)
 
+    def _transform_publisher(self, node):
+        try:
+            from tf2_msgs.msg import TFMessage
+        except ImportError:
+            node.get_logger().info('no /tf: the package tf2_msgs is not installed')
+            return None
+        return self._publisher(node, TFMessage, '/tf')
+
     def destroy(self, node):
         """Take the publishers out of the graph."""
         for publisher in (*(publisher for publisher, _ in self._topics), self._markers,
-                          self._clock, self._diagnostics):
+                          self._tf, self._clock, self._diagnostics):
             if publisher is not None:
                 node.destroy_publisher(publisher)
 
@@ -52,10 +67,12 @@ class Outputs:
         """Return the stamp [ns] of a total step."""
         return messages.stamp_ns(step, self._its, self._origin)
 
-    def publish(self, snapshot, centreline, now, *, clock=False):
+    def publish(self, snapshot, simulation, now, resets, *, clock=False):
         """
-        Publish the state at a chunk's end; centreline() -> (B, nodes, 3) [m] is called if needed.
+        Publish the state at a chunk's end, once for each chunk.
 
+        simulation : Simulation    in that state, reset `resets` times; what only viewers want is
+                                   asked of it when they are there
         now [ns] is steady wall time; `clock` sends /clock whenever it was last sent, as single
         steps want it.
         """
@@ -66,8 +83,15 @@ class Outputs:
         for publisher, encode in self._topics:
             if publisher.get_subscription_count():
                 publisher.publish(encode(snapshot, stamp))
+        mount = self._path.follow(simulation, resets)
+        # Transforms first: a viewer can place a marker when it has them.
+        if self._tf is not None and self._tf.get_subscription_count():
+            self._tf.publish(messages_view.encode_transforms(
+                stamp, self._frame_prefix, snapshot, mount, self._transforms))
         if self._markers.get_subscription_count():
-            self._markers.publish(_lines(centreline(), stamp, self._wire_width))
+            self._layout = self._layout or messages_view.Markers(self._scene)
+            self._markers.publish(self._layout.encode(
+                stamp, snapshot, simulation.centreline(), mount))
 
     def diagnose(self, step, statuses):
         """Publish /diagnostics; return its bytes for the log."""
@@ -75,17 +99,3 @@ class Outputs:
         self._diagnostics.publish(payload)
         return payload
 
-
-def _lines(centreline, stamp, width):
-    """Return one line strip for each bristle; width [m] is what the line is drawn with."""
-    array = MarkerArray()
-    for i, nodes in enumerate(centreline.tolist()):
-        marker = Marker(ns='bristles', id=i, type=Marker.LINE_STRIP, action=Marker.ADD)
-        marker.header.frame_id = messages.MOUNT_FRAME
-        marker.header.stamp.sec, marker.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
-        marker.pose.orientation.w = 1.0
-        marker.scale.x = width
-        marker.color.r, marker.color.g, marker.color.b, marker.color.a = 0.2, 0.5, 0.9, 1.0
-        marker.points = [Point(x=x, y=y, z=z) for x, y, z in nodes]
-        array.markers.append(marker)
-    return array

@@ -64,6 +64,9 @@ def _check_combinations(scene):
         raise SceneError(
             f'faster than sweeper.max_speed = {spell(scene.sweeper.max_speed)} m/s: lower it or '
             'raise the limit', key='sweeper.velocity', value=scene.sweeper.velocity)
+    if scene.run.frame_prefix.startswith('/'):
+        raise SceneError('tf2 knows no frames that begin with /: leave it out',
+                         key='run.frame_prefix', value=scene.run.frame_prefix)
     if scene.solver.time_step > 0.0:
         steps(scene, scene.solver.time_step, 'solver.time_step')
     steps(scene, scene.run.chunk, 'run.chunk')

@@ -161,6 +161,10 @@ class Run(_Section):
     autostart: bool = switch(True, 'whether the node configures and activates itself')
     publish_clock: bool = switch(False, 'whether to publish /clock')
     time_origin: str = choice('zero', ('zero', 'wall'), 'what stamps count from: 0 or the start')
+    frame_prefix: str = text('', 'goes before every frame_id, such as left/; empty: none')
+    publish_tf: str = choice(
+        'all', ('all', 'mount', 'none'), 'transforms on /tf: road to brush_mount to brush, the '
+        'first alone (robot_state_publisher gives the second), or none')
     stamped_cmd_vel: bool = switch(True, 'cmd_vel is a TwistStamped; false: a Twist')
     command_timeout: float = number(
         0.0, 's', 0.0, 1e6, 'wall time without cmd_vel after which the sweeper stops; 0: never')

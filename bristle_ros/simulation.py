@@ -197,6 +197,14 @@ class Simulation:
         s = now / road.approach_time
         return road.penetration * s * s * (3.0 - 2.0 * s)
 
+    def sweeper_motion(self):
+        """Return (height of the mount [m], heading [rad], forward, left [m/s] of the base)."""
+        now, motion = self.step * self.its, self.state.motion
+        depth = (self._depth(now) if motion[APPROACHING]
+                 else ramp_at(motion, PENETRATION, now)[0])
+        return (self.model.drive.tip_depth - depth, ramp_at(motion, YAW, now)[2],
+                ramp_at(motion, FORWARD, now)[0], ramp_at(motion, LEFT, now)[0])
+
     def _limits(self, topic, values):
         scene = self.scene
         wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1}

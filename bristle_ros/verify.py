@@ -57,7 +57,8 @@ class _Again:
         self._base = -simulation.step       # run step = base + simulation.step
         self._its, self._origin = recording.integration_time_step, recording.origin
         self._limits = limits               # topic -> largest differences allowed; None: no bit
-        self._topics = {topic.name: topic for topic in messages.TOPICS}
+        self._topics = {topic.name: topic
+                        for topic in messages.topics(recording.scene.run.frame_prefix)}
         self._snapshot = None
 
     @property

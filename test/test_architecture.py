@@ -17,7 +17,7 @@ LAYERS = [
     ['model*', 'cli'],
     ['stepper', 'simulation*'],
     ['driver'],
-    ['message_types', 'messages'],
+    ['message_types', 'messages*'],
     ['bag_metadata', 'command_file', 'log', 'mcap_*', 'recording', 'recover', 'replay', 'verify',
      'offline*', 'statics*', 'outputs*'],
     ['bench*'],
@@ -29,6 +29,7 @@ ONLY = {
     'physics.*': ['physics.*'],
     'snapshot': [],
     'messages': ['snapshot', 'message_types'],
+    'messages_*': ['snapshot', 'messages'],
     'scene*': ['scene*', 'cli'],
     '__main__': ['__init__', 'scene_error'],
 }

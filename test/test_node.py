@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 
-from bristle_ros.messages import decode_event
+from bristle_ros.messages import decode_event, TF
 from bristle_ros.recording import Recording
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, WrenchStamped
@@ -20,9 +20,10 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosbags.typesys import get_typestore, Stores
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, UInt8MultiArray
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
@@ -60,13 +61,14 @@ def scene(tmp_path):
 class Brush:
     """A brush_node in its own process and group; ended hard when a test forgets it."""
 
-    def __init__(self, scene, *arguments, log=None):
+    def __init__(self, scene, *arguments, log=None, path=()):
         given = ['--ros-args', '--params-file', str(scene)]
         for argument in (*arguments, *([f'log.path:={log}'] if log else [])):
             given += argument.split() if argument.startswith('-') else ['-p', argument]
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'bristle_ros', 'brush_node', *given], cwd=ROOT, text=True,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+            env={**os.environ, 'PYTHONPATH': os.pathsep.join(map(str, (*path, ROOT)))})
 
     def end(self, number=signal.SIGINT, times=1):
         """Send the signal; return (exit code, what it printed)."""
@@ -181,7 +183,8 @@ def test_in_the_loop(scene, user, tmp_path):
     assert 'refused' in printed
     assert heard['tip_wrench'][-1].header.frame_id == 'road'
     assert heard['contact_wrench'][-1].header.frame_id == 'brush_mount'
-    assert len(heard['bristle_markers'][-1].markers) == 2
+    assert [(marker.ns, marker.id) for marker in heard['bristle_markers'][-1].markers] == [
+        ('bristles', 0), ('road', 0), ('contact_force', 0), ('contact_force', 1)]
     times = np.array([seconds(message) for message in speeds])
     np.testing.assert_allclose(np.diff(times), 0.005, atol=2e-9)
 
@@ -269,6 +272,61 @@ def test_clock_origin_and_qos_overrides(scene, user):
         assert {'real-time factor reached', 'late chunks', 'estimated error', 'Newton failures',
                 'log backlog', 'refused commands'} <= told.keys()
         assert brush.end()[0] == 0
+
+
+def test_transforms(scene, user, tmp_path):
+    """
+    The transforms of a brush whose frames have a prefix, stamped with the time of day.
+
+    tf2_msgs is not on PyPI: a type of another package stands in for its class, and carries the
+    bytes as they are.
+    """
+    (tmp_path / 'tf2_msgs').mkdir()
+    (tmp_path / 'tf2_msgs/__init__.py').touch()
+    (tmp_path / 'tf2_msgs/msg.py').write_text(
+        'from std_msgs.msg import UInt8MultiArray as TFMessage\n')
+    store, heard = get_typestore(Stores.ROS2_JAZZY), []
+    user.node.create_subscription(UInt8MultiArray, '/tf', heard.append, 100, raw=True)
+    with Brush(scene, '-r __ns:=/left', 'run.frame_prefix:=left/', 'run.time_origin:=wall',
+               'sweeper.velocity:=[1.0, 0.0]', path=[tmp_path]) as brush:
+        states = user.listen(JointState, 'left/joint_states')
+        poses = user.listen(PoseStamped, 'left/tip_pose')
+        markers = user.listen(MarkerArray, 'left/bristle_markers')
+        user.until(lambda: min(map(len, (heard, states, markers, poses))) > 20, 'transforms')
+        code, printed = brush.end()
+    assert (code, 'no /tf' in printed) == (0, False), printed
+    turned = {seconds(state): state.position[0] for state in states}
+    drawn = {seconds(array.markers[0]): array for array in markers}
+    both, ways = 0, {}
+    for payload in heard:
+        mount, turn = store.deserialize_cdr(payload, TF).transforms
+        assert (mount.header.frame_id, mount.child_frame_id) == ('left/road', 'left/brush_mount')
+        assert (turn.header.frame_id, turn.child_frame_id) == ('left/brush_mount', 'left/brush')
+        stamp = seconds(turn)
+        assert abs(stamp - time.time()) < LIMIT
+        ways[stamp] = mount.transform.translation.x
+        if stamp in turned and stamp in drawn:
+            both += 1
+            spin = turn.transform.rotation
+            assert 2.0 * np.arctan2(spin.z, spin.w) == pytest.approx(turned[stamp], abs=1e-9)
+            _, road, *_ = drawn[stamp].markers
+            assert (road.ns, road.header.frame_id) == ('road', 'left/road')
+            assert road.pose.position.x == ways[stamp]
+    assert both > 10, 'transforms, joint states and markers have the same stamps'
+    assert poses[0].header.frame_id == 'left/brush_mount'
+    first, last = min(ways), max(ways)
+    assert ways[last] - ways[first] == pytest.approx(last - first, abs=1e-6), 'at 1 m/s'
+
+
+@pytest.mark.parametrize('mode', ['all', 'none'])
+def test_without_tf2_msgs(scene, user, tmp_path, mode):
+    (tmp_path / 'tf2_msgs.py').write_text('raise ImportError\n')
+    with Brush(scene, f'run.publish_tf:={mode}', path=[tmp_path]) as brush:
+        states = user.listen(JointState, 'joint_states')
+        user.until(lambda: len(states) > 20, 'joint_states')
+        code, printed = brush.end()
+    assert code == 0
+    assert printed.count('tf2_msgs is not installed') == (mode == 'all'), 'said once, if wanted'
 
 
 def test_a_status_line_on_a_terminal(scene, environment):

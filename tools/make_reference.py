@@ -15,6 +15,7 @@ sys.path.insert(0, str(ROOT))
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
 
 from bristle_ros.__main__ import VERBS  # noqa: E402
+from bristle_ros.messages import TF  # noqa: E402
 from bristle_ros.scene import from_parameters, keys  # noqa: E402
 from bristle_ros.scene_error import spell  # noqa: E402
 from bristle_ros.snapshot import NPZ_ARRAYS  # noqa: E402
@@ -34,7 +35,12 @@ PUBLISHED = {
                 'breadth',
     'joint_states': '`brush_joint`: angle, speed, and the torque of the drive on the brush about '
                     '+z',
-    'bristle_markers': 'the bristles as line strips; made only while somebody subscribes',
+    'bristle_markers': 'bristles (lines), road (a plate under the brush) and the contact force at '
+                       'each tip that touches (arrows, 0.05 m/N, at most a bristle long); made '
+                       'only while somebody subscribes',
+    '/tf': '`road` to `brush_mount` to `brush`, see `run.publish_tf`; `road` has its origin below '
+           "the sweeper's base at the start; made only while somebody subscribes, and only where "
+           'tf2_msgs is installed',
     '/diagnostics': 'each second: real-time factor asked and reached, late chunks, estimated '
                     'error, Newton failures, log backlog, refused commands',
     '/clock': 'simulation time; only with `run.publish_clock`',
@@ -115,6 +121,7 @@ def graph():
         _entities((one.topic_name, one.msg_type) for one in node.publishers),
         _entities((one.topic_name, one.msg_type) for one in node.subscriptions),
         _entities((one.srv_name, one.srv_type) for one in node.services)]
+    found[0].setdefault('/tf', TF)      # also where tf2_msgs is not installed
     node.finish()
     rclpy.shutdown()
     return found

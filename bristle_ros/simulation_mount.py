@@ -1,0 +1,67 @@
+"""Where the mount is over the road, followed chunk by chunk; for viewers, not for the physics."""
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Pose(NamedTuple):
+    """Where the mount is over the road; `road` has its origin in the road plane."""
+
+    position: np.ndarray    # [m] (3,) of the mount centre, road axes
+    rotation: np.ndarray    # (3, 3) mount axes to road axes
+    orientation: tuple      # the same as a quaternion x, y, z, w
+
+
+class MountPath:
+    """
+    Follows the mount over the road.
+
+    `road` has its origin in the road plane below the sweeper's base at the start, and x forward at
+    the start, so brushes of one sweeper share it. Height and heading are those of the simulation;
+    the way that the sweeper has gone is summed over chunks by the trapezoidal rule, which leaves
+    less than 0.1 mm in a metre.
+    """
+
+    def __init__(self, scene):
+        self._its = scene.solver.integration_time_step
+        self._attack, self._azimuth = scene.road.attack_angle, scene.road.tilt_azimuth
+        self._mount = scene.sweeper.mount_position
+        self._start = np.array(scene.sweeper.velocity)
+        self._resets = 0
+        self._restart()
+
+    def _restart(self):
+        self._step, self._way, self._velocity = 0, np.zeros(2), self._start
+
+    def follow(self, simulation, resets):
+        """
+        Go on to the state of the simulation, which has been reset `resets` times.
+
+        Once at each chunk's end; returns the Pose.
+        """
+        if resets != self._resets:
+            self._resets = resets
+            self._restart()
+        height, heading, forward, left = simulation.sweeper_motion()
+        c, s = math.cos(heading), math.sin(heading)
+        velocity = np.array((c * forward - s * left, s * forward + c * left))
+        elapsed = (simulation.step - self._step) * self._its
+        self._way = self._way + 0.5 * elapsed * (self._velocity + velocity)
+        self._step, self._velocity = simulation.step, velocity
+        x, y = self._mount
+        position = np.array((self._way[0] + c * x - s * y, self._way[1] + s * x + c * y, height))
+        return Pose(position, *_tilted(heading, self._attack, self._azimuth))
+
+
+def _tilted(heading, attack, azimuth):
+    """Return Rz(heading) Rz(azimuth) Ry(attack) Rz(-azimuth) as a matrix and as a quaternion."""
+    ca, sa = math.cos(attack), math.sin(attack)
+    cf, sf = math.cos(heading + azimuth), math.sin(heading + azimuth)
+    ct, st = math.cos(azimuth), -math.sin(azimuth)
+    matrix = np.array(((cf * ca * ct - sf * st, -cf * ca * st - sf * ct, cf * sa),
+                       (sf * ca * ct + cf * st, -sf * ca * st + cf * ct, sf * sa),
+                       (-sa * ct, sa * st, ca)))
+    lean, turn, side = 0.5 * attack, 0.5 * heading, 0.5 * heading + azimuth
+    return matrix, (-math.sin(lean) * math.sin(side), math.sin(lean) * math.cos(side),
+                    math.cos(lean) * math.sin(turn), math.cos(lean) * math.cos(turn))
