@@ -19,7 +19,7 @@ LAYERS = [
     ['driver'],
     ['message_types', 'messages*'],
     ['bag_metadata', 'command_file', 'log', 'mcap_*', 'recording', 'recover', 'replay', 'verify',
-     'offline*', 'statics*', 'outputs*'],
+     'offline*', 'statics*', 'outputs*', 'urdf'],
     ['bench*'],
     ['report*', 'plot*'],
     ['node*', 'pacing', 'scene_verb', '__main__'],
