@@ -12,7 +12,7 @@ import numpy as np
 from .messages import BRUSH_FRAME, MOUNT_FRAME, ROAD_FRAME
 
 TF_MODES = ('all', 'mount', 'none')     # of `run.publish_tf`
-FORCE_SCALE = 0.05      # [m/N] length of the arrows of contact forces,
+FORCE_SCALE = 0.5       # [m/N] length of the arrows of contact forces,
 LONGEST = 1.0           # and their greatest length, in lengths of a bristle: impacts are high
 ROAD_THICKNESS = 1e-3   # [m] drawn, below the plane
 ARROW, CUBE, LINE_LIST = 0, 1, 5

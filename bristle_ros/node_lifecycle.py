@@ -236,8 +236,10 @@ class BrushNode(LifecycleNode):
             'log backlog': log.backlog if log else 0,
             'refused commands': driver.refused,
             'simulation time [s]': f'{driver.total_step * driver.its:.6f}'}
+        # With its namespace: all brushes of a graph share /diagnostics.
+        name = self.get_fully_qualified_name().lstrip('/')
         payload = self._outputs.diagnose(
-            driver.total_step, [(level, f'{self.get_name()}: simulation', text, 'brush', values)])
+            driver.total_step, [(level, f'{name}: simulation', text, 'brush', values)])
         if log:
             log.message(driver.total_step, '/diagnostics', messages.DIAGNOSTICS, payload)
 

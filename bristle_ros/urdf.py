@@ -26,7 +26,8 @@ def urdf(scene):
     reach = brush.mount_radius + 0.5 * bristle.length * out
     for wire in range(WIRES):
         azimuth = 2.0 * pi * wire / WIRES
-        _visual(turning, (reach * cos(azimuth), reach * sin(azimuth), -0.5 * bristle.length * down),
+        middle = reach * cos(azimuth), reach * sin(azimuth), -0.5 * bristle.length * down
+        _visual(turning, middle,
                 (0.0, -brush.mount_angle, azimuth), 'wire', 'box',
                 size=_numbers((max(bristle.width, 1e-3), max(bristle.breadth, 1e-3),
                                bristle.length)))

@@ -7,7 +7,7 @@ autostart, which came with 0.26.7. Two brushes: two_brushes.launch.py.
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
-from bristle_ros.scene import from_arguments
+from bristle_ros.scene import from_arguments, load
 from bristle_ros.urdf import urdf
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
@@ -63,19 +63,29 @@ def _brush(context):
 
 
 def _state_publisher(value, truth, scene, changes):
-    words = ['--ros-args', '--params-file', scene]
-    for change in changes:
-        if isinstance(change, dict):
-            for key, number in change.items():
-                words += ['-p', f'{key}:={yaml.safe_dump(number, default_flow_style=True)}']
-        else:
-            words += ['--params-file', change]
+    described = _described(scene, changes)
     return Node(
         package='robot_state_publisher', executable='robot_state_publisher',
         namespace=value['namespace'], output='screen', parameters=[{
-            'robot_description': ParameterValue(urdf(from_arguments(words)), value_type=str),
+            'robot_description': ParameterValue(urdf(described), value_type=str),
             'frame_prefix': ParameterValue(value['frame_prefix'], value_type=str),
             'use_sim_time': truth['use_sim_time']}])
+
+
+def _described(path, changes):
+    """Return the scene that the node will make of a scene file and what is laid over it."""
+    if changes and isinstance(changes[0], dict):
+        return load(path, _flat(changes[0]))
+    words = [word for file in (path, *changes) for word in ('--params-file', file)]
+    return from_arguments(['--ros-args', *words])
+
+
+def _flat(values, head=''):
+    found = {}
+    for key, value in values.items():
+        inner = isinstance(value, dict)
+        found |= _flat(value, f'{head}{key}.') if inner else {f'{head}{key}': value}
+    return found
 
 
 def _rviz(value, truth):

@@ -111,8 +111,8 @@ def test_urdf():
 def launch_file(name):
     """Return what a launch file defines that needs no launch: it is not on PyPI."""
     tree = ast.parse((ROOT / 'launch' / name).read_text())
-    tree.body = [node for node in tree.body if not (
-        isinstance(node, ast.ImportFrom) and node.module.split('.')[0] in ('launch', 'launch_ros'))]
+    tree.body = [node for node in tree.body if not isinstance(node, ast.ImportFrom)
+                 or node.module.split('.')[0] not in ('launch', 'launch_ros')]
     scope = {'__file__': str(ROOT / 'launch' / name),
              'PythonLaunchDescriptionSource': None, 'LaunchDescription': None}
     exec(compile(tree, name, 'exec'), scope)
@@ -146,6 +146,13 @@ def test_what_launch_files_make_of_their_arguments(tmp_path):
     assert one['_changes']('') == []
     assert one['_changes']('{drive.mean_speed: 8.0}') == [{'drive.mean_speed': 8.0}]
     assert one['_changes']('~/more.yaml') == [str(Path('~/more.yaml').expanduser())]
+    path = str(ROOT / 'config/cutting_brush.yaml')
+    given = '{brush: {mount_radius: 0.2}, sweeper.mount_position: [1, 0.5]}'
+    scene = one['_described'](path, one['_changes'](given))
+    assert (scene.brush.mount_radius, scene.sweeper.mount_position) == (0.2, (1.0, 0.5))
+    (tmp_path / 'more.yaml').write_text('/**: {ros__parameters: {brush: {mount_radius: 0.3}}}')
+    scene = one['_described'](path, one['_changes'](str(tmp_path / 'more.yaml')))
+    assert scene.brush.mount_radius == 0.3
     with pytest.raises(RuntimeError, match='is no YAML'):
         one['_changes']('{drive: [')
     assert one['_scene_path']('./here.yaml') == 'here.yaml'

@@ -47,7 +47,7 @@ def test_marker_bytes_are_those_of_rosbags_and_rclpy(prefix, road):
 
 def test_what_the_markers_show():
     snapshot = random_snapshot(3, 3)
-    forces = np.array([[0.0, 0.0, 2.0], [0.0, 0.0, 0.0], [3.0, 0.0, 400.0]])
+    forces = np.array([[0.0, 0.0, 0.2], [0.0, 0.0, 0.0], [3.0, 0.0, 400.0]])
     snapshot = snapshot._replace(contact_force=forces)
     line = np.random.default_rng(4).normal(size=(3, 5, 3))
     scene = scene_of()
@@ -72,7 +72,7 @@ def test_what_the_markers_show():
     tips = snapshot.tip_position_mount
     # Up stays up in a mount that is only turned about z; forward is to its right.
     np.testing.assert_allclose(points(arrows[0]),
-                               [tips[0], tips[0] + [0, 0, 2.0 * messages_view.FORCE_SCALE]])
+                               [tips[0], tips[0] + [0, 0, 0.2 * messages_view.FORCE_SCALE]])
     start, end = points(arrows[2])
     assert np.linalg.norm(end - start) == pytest.approx(0.24)     # an impact, cut to a bristle
     np.testing.assert_allclose((end - start) / 0.24 * np.linalg.norm(forces[2]), [0, -3, 400])
