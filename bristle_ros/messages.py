@@ -254,6 +254,20 @@ def encode_diagnostics(stamp, statuses):
     return raw
 
 
+def decode_diagnostics(payload):
+    """Return [(name, dict of key -> text)] of a DiagnosticArray."""
+    cdr = _Cdr(payload)
+    cdr.skip(8)
+    cdr.string()
+    statuses = []
+    for _ in range(cdr.count()):
+        cdr.skip(1)     # level
+        name, _, _ = (cdr.string() for _ in range(3))
+        pairs = [(cdr.string(), cdr.string()) for _ in range(cdr.count())]
+        statuses.append((name, dict(pairs)))
+    return statuses
+
+
 class _Cdr:
     """A cursor over CDR bytes. Whatever the bytes are, it raises nothing but ValueError."""
 
@@ -274,6 +288,13 @@ class _Cdr:
 
     def skip(self, size):
         self._at += size
+
+    def count(self):
+        """Return the length of a sequence; one longer than the message is refused."""
+        (length,) = self._take('I', 4)
+        if length > len(self._payload):
+            raise ValueError(f'a sequence of {length} in {len(self._payload)} bytes')
+        return length
 
     def float64(self, count):
         return self._take(f'{count}d', 8)

@@ -175,7 +175,13 @@ def _timing(axes, series):
     if np.isfinite(timing.real_time):
         share = timing.value.sum() / (timing.real_time * len(timing.value))
         axes.axhline(timing.real_time, color=ACCENT, linestyle='--', linewidth=0.9,
-                     label=f'real time; the run: {1.0 / share:.3g} times that fast')
+                     label=f'real time (run: {1.0 / share:.3g} of it)'
+                     + (f', {timing.told}' if timing.told else ''))
+        if timing.told:     # a run that was paced
+            late = axes.twinx()
+            late.plot(timing.t, timing.delay, color=GREY, linewidth=0.8)
+            late.set_ylabel('behind [s]', color=GREY)
+            late.grid(False)
         axes.legend(loc='lower right', bbox_to_anchor=(1.0, 0.97), borderpad=0.0)
 
 

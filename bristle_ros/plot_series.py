@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .messages import command_types, TOPICS
+from .messages import command_types, decode_diagnostics, TOPICS
 from .scene import SceneError
 
 _TOPICS = {topic.name: topic for topic in TOPICS}
@@ -22,6 +22,8 @@ class Timing(NamedTuple):
     title: str
     unit: str
     real_time: float        # the value that real time would have; NaN where there is none
+    delay: np.ndarray = np.empty(0)     # [s] (as t) behind the first chunk's pace, or empty
+    told: str = ''          # what the node said of its pace at the end
 
 
 class Series(NamedTuple):
@@ -62,7 +64,8 @@ def read(path, begin=0.0, end=math.inf):
     return series._replace(
         t=series.t[kept], tip=series.tip[kept], normal_force=series.normal_force[kept],
         torque=series.torque[kept],
-        timing=timing._replace(t=timing.t[timed], value=timing.value[timed]),
+        timing=timing._replace(t=timing.t[timed], value=timing.value[timed],
+                               delay=timing.delay[timed] if len(timing.delay) else timing.delay),
         commands=commands[(commands >= begin) & (commands <= end)])
 
 
@@ -71,7 +74,7 @@ def _of_log(path):
     recording = Recording(path)
     scene, its = recording.scene, recording.integration_time_step
     steps, values = {name: [] for name in _NEEDED}, {name: [] for name in _NEEDED}
-    walls, changes = [], []
+    walls, changes, told = [], [], ''
     commands = command_types(True)
     for entry in recording.entries():
         if entry.name in steps:
@@ -83,6 +86,8 @@ def _of_log(path):
             steps[entry.name].append(entry.step)
             if entry.name == _NEEDED[0]:
                 walls.append(entry.message.publish_time)
+        elif entry.name == '/diagnostics':
+            told = _pace(entry.message.data) or told
         elif entry.name in commands or is_event(entry, 'reset'):
             changes.append(entry.step)
     # A log that was cut off or damaged may lack some topics of a sample.
@@ -91,8 +96,8 @@ def _of_log(path):
     step = np.array(sorted(complete), dtype=float)
     rest, normal = _geometry(scene)
     return Series(step * its, pose[:, :3], wrench[:, :3] @ normal, joint[:, 2],
-                  _chunks(steps[_NEEDED[0]], walls, its), np.array(changes, dtype=float) * its,
-                  rest, _about(scene))
+                  _chunks(steps[_NEEDED[0]], walls, its)._replace(told=told),
+                  np.array(changes, dtype=float) * its, rest, _about(scene))
 
 
 def _rows(name, steps, values, complete):
@@ -118,8 +123,19 @@ def _chunks(steps, walls, its):
     last = np.flatnonzero(np.diff(walls, append=walls[-1:] + 1))
     took = np.diff(walls[last]) * 1e-6
     simulated = np.diff(steps[last]) * its * 1e3
-    return Timing(steps[last[1:]] * its, took, 'Wall time that each chunk took', 'wall time [ms]',
-                  float(np.median(simulated)) if len(simulated) else math.nan)
+    return Timing(steps[last[1:]] * its, took, 'Wall time of each chunk', 'wall time [ms]',
+                  float(np.median(simulated)) if len(simulated) else math.nan,
+                  (np.cumsum(took) - np.cumsum(simulated)) * 1e-3)
+
+
+def _pace(payload):
+    """Return what diagnostics say of late chunks and wall time given up, or ''."""
+    try:
+        [(_, told), *_] = decode_diagnostics(payload)
+        return (f'{told["late chunks"]} late chunks, '
+                f'{told["wall time given up [s]"]} s given up')
+    except (ValueError, KeyError):
+        return ''
 
 
 def _about(scene):

@@ -160,3 +160,14 @@ def test_a_prefix_goes_before_every_frame_and_changes_no_value():
 def test_a_prefix_that_tf2_would_refuse():
     with pytest.raises(SceneError, match=r'run\.frame_prefix = "/left": tf2 knows no frames'):
         scene_of(**{'run.frame_prefix': '/left'})
+
+
+def test_diagnostics_come_back_and_mangled_ones_are_refused():
+    statuses = [(1, 'left/brush_node: simulation', 'late', 'brush', {'late chunks': '3', 'a': ''}),
+                (0, 'log', '', '', {})]
+    payload = messages.encode_diagnostics(STAMP, statuses)
+    assert messages.decode_diagnostics(payload) == [(name, values)
+                                                    for _, name, _, _, values in statuses]
+    for length in range(4, len(payload) - 4):
+        with pytest.raises(ValueError):     # noqa: PT011
+            messages.decode_diagnostics(payload[:length] + b'\xff' * 4)
