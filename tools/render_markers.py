@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """
-Draw what viewers are sent: ./run.sh tools/render_markers.py [--namespace NS] [--output FILE.png].
+Draw what viewers are sent: ./run.sh tools/render_markers.py [--after S] [--output FILE.png].
 
 Subscribes to `bristle_markers` of a node that runs, and draws the first array in which a tip
 touches (after --after), or the last of a minute. docs/markers.png: config/cutting_brush.yaml with -p
