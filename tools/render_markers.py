@@ -3,9 +3,9 @@
 Draw what viewers are sent: ./run.sh tools/render_markers.py [--after S] [--output FILE.png].
 
 Subscribes to `bristle_markers` of a node that runs, and draws the first array in which a tip
-touches (after --after), or the last of a minute. docs/markers.png: config/cutting_brush.yaml with -p
-brush.bristle_count:=12 -p solver.elements:=6 -p solver.integration_time_step:=5.0e-4 -p
-road.approach_time:=0.1 -p road.penetration:=0.03, --after 0.5.
+touches, or the last of a minute. docs/markers.png is config/cutting_brush.yaml, --after 0.5, with
+-p brush.bristle_count:=12 -p solver.elements:=6 -p solver.integration_time_step:=5.0e-4
+-p road.approach_time:=0.1 -p road.penetration:=0.03.
 """
 import argparse
 import time
