@@ -5,7 +5,7 @@ import numpy as np
 
 from .physics.beam import Section
 from .physics.chain import chain_work, MIDS, RECORD
-from .physics.contact import ContactLaw
+from .physics.contact_law import ContactLaw
 from .physics.drive import CONSTANT, SINE, VAP
 from .physics.energy import AUDIT
 from .physics.frame import APPROACHING, BASICS, Drive, FORWARD, FRAME, LEFT, new_motion, SPEED

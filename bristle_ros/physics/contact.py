@@ -1,69 +1,16 @@
 """
-The tip against the road: unilateral contact with Coulomb friction, one point, solved exactly.
+The contact problem of a step with certainty: brackets around brackets, where Newton has to pass.
 
-All in road axes (z the road's normal), over one step of length h from gap g0 to gap g1. The force
-is constant over the step, and the laws hold between it and the displacement over the step:
-
-    spring    f_n (g1 - g0) = Phi(g0) - Phi(g1),  Phi = Kn min(g, 0)^2 / 2      (discrete gradient)
-    rigid     g1 >= 0,  f_n >= 0,  f_n g1 = 0
-    friction  |f_t| <= mu f_n, opposite to the slip s where it slips, s = 0 where it sticks
-
-so that the work of the contact is what the spring stores, minus what damping and friction take: at
-no step size can it inject energy. Discrete gradient: Gonzalez, Simo (1996); for contact Laursen,
-Love (2002), Int. J. Numer. Meth. Eng. 53, 245. Friction: the paper's eq. (1),
-mu = mu_k + (mu_s - mu_k) exp(-c_v |s| / h); stick is taken wherever it is admissible.
+What `contact_newton.py` finds in two or three iterations in nearly every step is tried first. Where
+that fails, the friction force's bound and the normal force are each bracketed.
 """
-from math import exp, sqrt
-from typing import NamedTuple
+from math import sqrt
 
+from .contact_law import (friction_coefficient, normal_force, OPEN, SLIP, STICK, UNSOLVED)
+from .contact_newton import slip_by_newton, stick
 from .jit import jit
 
-OPEN = 0.0
-SLIP = 1.0
-STICK = 2.0
-UNSOLVED = -1.0     # the compliance is not positive definite: the step is too long for the load
 ITERATIONS = 100
-
-
-class ContactLaw(NamedTuple):
-    """Normal and friction law of the tip."""
-
-    stiffness: float    # Kn [N/m]; 0 stands for rigid
-    damping: float      # Hunt-Crossley [s/m]
-    static: float       # mu_s
-    kinetic: float      # mu_k
-    decay: float        # c_v [s/m]
-
-
-@jit
-def spring_energy(stiffness, gap):
-    """Return what the contact spring stores at this gap [J]."""
-    if gap < 0.0:
-        return 0.5 * stiffness * gap * gap
-    return 0.0
-
-
-@jit
-def normal_force(law, h, gap0, gap1):
-    """
-    Return the normal force [N] of a step from gap0 to gap1 [m]; finite stiffness.
-
-    The spring's discrete gradient times the Hunt-Crossley factor 1 + damping * (penetration rate).
-    Never negative, and monotone: it falls as gap1 grows.
-    """
-    if gap0 <= 0.0:
-        if gap1 <= 0.0:
-            force = -0.5 * law.stiffness * (gap0 + gap1)
-        else:
-            force = 0.5 * law.stiffness * gap0 * gap0 / (gap1 - gap0)
-    elif gap1 < 0.0:
-        force = 0.5 * law.stiffness * gap1 * gap1 / (gap0 - gap1)
-    else:
-        return 0.0
-    factor = 1.0 + law.damping * (gap0 - gap1) / h
-    if factor < 0.0:
-        return 0.0
-    return force * factor
 
 
 @jit
@@ -145,7 +92,7 @@ def _bound_at(law, h, w, s1, s2, f1, f2, normal):
     d1 = s1 + w[0, 0] * f1 + w[0, 1] * f2
     d2 = s2 + w[1, 0] * f1 + w[1, 1] * f2
     speed = sqrt(d1 * d1 + d2 * d2) / h
-    return (law.kinetic + (law.static - law.kinetic) * exp(-law.decay * speed)) * normal
+    return friction_coefficient(law, speed)[0] * normal
 
 
 @jit
@@ -181,21 +128,30 @@ def _checked(law, w, base, force, state):
 
 
 @jit
-def solve_contact(law, h, w, gap0, base, guess, force):
+def solve_contact(law, h, w, gap0, base, force):
     """
     Solve the one-point contact problem of a step: fill `force` [N] (3,), return its state.
+
+    On entry `force` is what to start from: that of the last iteration or step.
 
     The state is OPEN, SLIP, STICK, or UNSOLVED where no force satisfies the laws.
 
     w [m/N] : (3, 3)      compliance of the tip: displacement over the step per unit of force
     gap0 [m] : float      gap at the start of the step
     base [m] : (3,)       slip over the step and gap at its end if there were no contact force
-    guess [N] : float     normal force to start from
     The mismatch of the normal law has one sign at zero and the other for large forces, since w is
     positive definite; between them regula falsi (Illinois) always ends.
     """
     # what the mismatch may be per unit of force: N, or m of gap
     enough = 1e-13 if law.stiffness > 0.0 else 1e-15 * w[2, 2]
+    guess = force[2]
+    state = UNSOLVED
+    if base[2] < 0.0 and guess > 0.0 and law.static > 0.0:
+        state = stick(law, h, w, gap0, base, force)
+        if state == UNSOLVED:
+            state = slip_by_newton(law, h, w, gap0, base, force)
+    if state != UNSOLVED:
+        return state
     force[0] = 0.0
     force[1] = 0.0
     force[2] = 0.0

@@ -7,7 +7,7 @@ are left out of the work: they are (width / length)^2 of the rest.
 from math import asin, cos, sin
 
 from .beam import clamp_reaction, stiffness
-from .contact import OPEN, spring_energy
+from .contact_law import OPEN, spring_energy
 from .frame import CLAMP, DRAG_RATE, DRAG_SPIN, GRAVITY, ROTATION, SPIN, SPIN_RATE, THETA
 from .jit import jit
 from .layout import (HV, INERTIA, LANES, MASS, Q0, RATE0, RATEACC0, STRAIN, STRAIN0, tip_lane,

@@ -2,7 +2,7 @@
 from math import cos, sin
 
 from .beam import clamp_reaction, internal_forces, stiffness
-from .contact import spring_energy
+from .contact_law import spring_energy
 from .energy import DISSIPATED, kinetic_energy, strain_energy, WORK
 from .frame import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, OMEGA, ROTATION, SPIN, SPIN_RATE, THETA,
                     turn_frame)

@@ -1,6 +1,7 @@
 """The tip record of a bristle, and the contact problem seen from the chain's last block."""
 from .chain import CORNER, INVERSE
-from .contact import OPEN, solve_contact, STICK, UNSOLVED
+from .contact import solve_contact
+from .contact_law import OPEN, STICK, UNSOLVED
 from .frame import HEIGHT, HEIGHT_RATE, ROTATION, SPIN, VELOCITY
 from .jit import jit
 from .layout import HA, HV, LANES, MASS, Q, V0, X, X0
@@ -128,7 +129,8 @@ def contact_correction(s, j, lane, chain, e, law, h, ca, drift, gain, start, mid
     base[1] = moved2 - (w[1, 0] * g1 + w[1, 1] * g2 + w[1, 2] * g3)
     base[2] = gap1 - (w[2, 0] * g1 + w[2, 1] * g2 + w[2, 2] * g3)
     force = scratch[4]
-    state = solve_contact(law, h, w, gap0, base, g3, force)
+    force[0], force[1], force[2] = g1, g2, g3
+    state = solve_contact(law, h, w, gap0, base, force)
     if state == UNSOLVED:
         return False
     tip[STATE] = state
