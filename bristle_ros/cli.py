@@ -24,6 +24,8 @@ def add_scene(parser, *, optional=False):
                         help='a scene file, which is a ROS 2 parameter file')
     parser.add_argument('-p', '--param', metavar='KEY:=VALUE', action='append', default=[],
                         dest='overrides', help='override a key of the scene; may be given often')
+    parser.add_argument('--node', metavar='NAME', help='take the sections that are for this node, '
+                        'such as /left/brush_node; default: all that end in brush_node')
 
 
 def load_scene(options):
@@ -34,4 +36,4 @@ def load_scene(options):
         if not assigned or not key or not value:
             raise SceneError(f'{rule!r} is not an override: write key:=value', source='-p')
         overrides[key] = value
-    return load(options.scene, overrides)
+    return load(options.scene, overrides, options.node)

@@ -11,6 +11,7 @@ import math
 
 from .scene_error import SceneError, spell
 from .scene_keys import key_of, number
+from .scene_names import full_name, matches, ros_arguments, split_override
 from .scene_sections import (Bristle, Brush, Contact, Damping, Drive, Friction, Log, Road, Run,
                              Solver, Sweeper)
 from .scene_yaml import read_file, read_text
@@ -21,6 +22,7 @@ __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Fricti
 
 # Parameters that every ROS 2 node has beside its own.
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
+_NODE = 'brush_node'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,15 +124,17 @@ def describe_keys():
     return '\n'.join(lines)
 
 
-def load(path, overrides=None):
+def load(path, overrides=None, node=None):
     """
     Read a scene file.
 
     path : of a ROS 2 parameter file (YAML or JSON)
     overrides : dict, dotted key to a value, or to a text as in `-p key:=value`; they win
+    node : whose sections hold, as `/left/brush_node`. None: all whose name ends in brush_node,
+    whatever the namespace; what the file says last wins
     Raises SceneError.
     """
-    given = _read(path)
+    given = _read(path, node and '/' + node.lstrip('/'))
     for key, value in (overrides or {}).items():
         _override(given, key, value)
     return _build(given, str(path))
@@ -147,28 +151,27 @@ def from_parameters(mapping, source):
     return _build({key: (value, source) for key, value in mapping.items()}, source)
 
 
-def from_arguments(arguments, node_name='brush_node'):
+def from_arguments(arguments, node_name='brush_node', notes=None):
     """
     Make a scene from the command line of a node: --ros-args with --params-file and -p, in order.
 
+    Sections of files are matched with the node's full name, as its remappings make it. `notes`, a
+    list, takes a line for each file that is for a brush_node, but not for this one.
+
     rcl itself keeps an integer of a file against a double given by `-p` (it stores both and looks
     at the integer first), forgets which line a value came from, and drops keys given twice.
-    Raises SceneError. Other ROS arguments (remappings, log levels) are passed over.
+    Raises SceneError. Other ROS arguments (topics, log levels) are passed over.
     """
-    given, ours, source = {}, False, '--ros-args'
-    words = iter(arguments)
-    for word in words:
-        if word in ('--ros-args', '--'):
-            ours = word == '--ros-args'
-        elif ours and word == '--params-file':
-            source = next(words, '')
-            given.update(_read(source, node_name, required=False))
-        elif ours and word in ('-p', '--param'):
-            rule, assigned, value = next(words, '').partition(':=')
-            node, _, key = rule.rpartition(':')
-            if not assigned or not key:
-                raise SceneError(f'{rule!r} is not an override: write -p key:=value', source='-p')
-            if not node or _is_ours(node, node_name):
+    given, source = {}, '--ros-args'
+    notes = [] if notes is None else notes
+    node = full_name(arguments, node_name)
+    for flag, word in ros_arguments(arguments):
+        if flag == '--params-file':
+            source = word
+            given.update(_read(source, node, notes))
+        elif flag in ('-p', '--param'):
+            only, key, value = split_override(word)
+            if only in ('', node.rpartition('/')[2]):  # rcl forgets such ones in a namespace
                 _override(given, key, value)
     return _build(given, source)
 
@@ -197,8 +200,13 @@ def to_yaml(scene):
     return '\n'.join(lines) + '\n'
 
 
-def _read(path, node_name='brush_node', *, required=True):
-    """Return dotted key to (value, place) of a file's sections that are for the node."""
+def _read(path, node, notes=None):
+    """
+    Return dotted key to (value, place) of a file's sections that are for the node.
+
+    node : fully qualified; None: any that is called brush_node. Where a file has none, `notes`
+    takes that as a line, and without it that is an error.
+    """
     try:
         with open(path, 'rb') as file:
             content = file.read()
@@ -208,16 +216,22 @@ def _read(path, node_name='brush_node', *, required=True):
         raise SceneError(problem, source=str(path)) from None
     entries = read_file(content, str(path))
     given = {entry.key: (entry.value, f'{path}:{entry.line}')
-             for entry in entries if _is_ours(entry.section, node_name)}
-    if entries and not given and required:
-        raise SceneError(f'has no section for {node_name}, only for {entries[0].section}: name it '
-                         f'/** or {node_name}', source=str(path))
+             for entry in entries if _is_ours(entry.section, node)}
+    others = list(dict.fromkeys(entry.section for entry in entries))
+    if others and not given:
+        problem = f'has no section for {node or _NODE}, only for {", ".join(others)}'
+        if notes is None:
+            raise SceneError(f'{problem}: name it /** or {node or _NODE}', source=str(path))
+        if any(_is_ours(section, None) for section in others):
+            notes.append(f'{path}: {problem}')
     return given
 
 
-def _is_ours(section, node_name):
-    return section.endswith(node_name) or all(
-        part in ('', '*', '**') for part in section.split('/'))
+def _is_ours(section, node):
+    if node:
+        return matches(section, node)
+    name = section.rpartition('/')[2]
+    return name == _NODE or all(part in ('', '*', '**') for part in section.split('/'))
 
 
 def _override(given, key, value):
@@ -229,6 +243,8 @@ def _override(given, key, value):
 def _build(given, source):
     sections = {name: {} for name in _SECTIONS}
     for name, (value, place) in given.items():
+        if name in _OF_EVERY_NODE and not isinstance(value, bool):
+            raise SceneError('must be true or false', key=name, value=value, source=place)
         if name in _OF_EVERY_NODE or name.startswith('qos_overrides.'):
             continue
         if name in _SECTIONS and value is None:

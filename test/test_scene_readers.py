@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 from bristle_ros.scene import from_arguments, load, SceneError
+from bristle_ros.scene_names import full_name, matches
 from bristle_ros.scene_yaml import read_file, read_text
 import pytest
 
@@ -60,6 +61,19 @@ DOCUMENTS = {
 OVERRIDES = ['1', '1e5', '0.5', 'yes', '[1, 0]', '[1.5, 0]', '""', '"x"', 'a: b', '#x', '  1e5',
              'inf',
              "'1'", '[1', '{a: 1}', '- 1', '*x', '!!str 1', 'a b', '[a, b]', '[]', '1 # one', '~']
+
+SECTIONS = """
+/** /* ** * /**/** /*/* /**/* /*/** brush_node /brush_node /*/brush_node /**/brush_node
+**/brush_node */brush_node */left/brush_node /left/brush_node left/brush_node /right/brush_node
+/left/* /left/** left/** /**/left/brush_node /a/*/brush_node /*/*/brush_node /a/**/brush_node
+/a/b/brush_node /a/** /left /**/left /left/brush xbrush_node /left/xbrush_node other /left/other
+/**/other talker
+""".split()
+REMAPS = ['', '__ns:=/left', '__ns:=/a/b', '__node:=other', '__name:=other',
+          '__ns:=/left __node:=other', '__ns:=/ __node:=other __node:=third',
+          '__ns:=/left __ns:=/right', 'brush_node:__ns:=/left', 'talker:__ns:=/left',
+          'brush_node:__node:=other other:__ns:=/left', '__node:=other brush_node:__ns:=/left',
+          'x:__node:=other __node:=x', 'tip_pose:=pose __ns:=/left']
 
 
 @pytest.fixture(scope='module')
@@ -127,6 +141,49 @@ def test_overrides_mean_what_rcl_makes_of_them(rcl):
     theirs = rcl([['-p', f'a:={text}'] for text in OVERRIDES])
     assert sum(isinstance(answer, dict) for answer in theirs) > 10
     compare(OVERRIDES, theirs, [our(text) for text in OVERRIDES])
+
+
+@pytest.mark.parametrize('rules', REMAPS)
+def test_sections_are_for_the_nodes_that_rcl_gives_them_to(rcl, tmp_path, rules):
+    """One parameter for each section, named by its number: which of them does the node get?"""
+    path = tmp_path / 'nodes.yaml'
+    path.write_text(''.join(f'"{section}":\n  ros__parameters:\n    p{number}: 1\n'
+                            for number, section in enumerate(SECTIONS)), encoding='utf-8')
+    arguments = ['--params-file', str(path)]
+    for rule in rules.split():
+        arguments += ['-r', rule]
+    [theirs] = rcl([arguments])
+    node = full_name(['--ros-args', *arguments], 'brush_node')
+    assert {SECTIONS[int(name[1:])] for name in theirs} == {
+        section for section in SECTIONS if matches(section, node)}
+    assert theirs, 'at least /** is for every node'
+
+
+def test_each_of_two_nodes_takes_its_own_section(tmp_path):
+    path = tmp_path / 'two.yaml'
+    path.write_text("""
+/**: {ros__parameters: {gravity: 1.0, road: {penetration: 0.01}}}
+/left/brush_node: {ros__parameters: {road: {penetration: 0.02}, log: {path: left}}}
+/right/brush_node: {ros__parameters: {road: {penetration: 0.03}, nonsense: 1}}
+""", encoding='utf-8')
+
+    def node(namespace, notes=None):
+        return from_arguments(['--ros-args', '--params-file', str(path), '-r',
+                               f'__ns:={namespace}'], notes=notes)
+    left = node('/left')
+    assert (left.gravity, left.road.penetration, left.log.path) == (1.0, 0.02, 'left')
+    assert left == load(path, node='/left/brush_node') == load(path, node='left/brush_node')
+    with pytest.raises(SceneError, match='two.yaml:4: nonsense = 1: unknown key'):
+        node('/right')
+    with pytest.raises(SceneError, match='two.yaml:4: nonsense'):
+        load(path)  # offline, every brush_node counts
+    assert node('/middle').road.penetration == 0.01
+    path.write_text('/left/brush_node: {ros__parameters: {gravity: 1.0}}\n', encoding='utf-8')
+    notes = []
+    assert node('/middle', notes).gravity == 9.81
+    assert notes == [f'{path}: has no section for /middle/brush_node, only for /left/brush_node']
+    with pytest.raises(SceneError, match='no section for /middle/brush_node, only for /left/'):
+        load(path, node='/middle/brush_node')
 
 
 def test_node_and_offline_make_the_same_scene(root, rcl):
