@@ -1,16 +1,11 @@
 """Wall time to whole chunks of steps: pacing, overload, commands, resets, samples."""
 from collections import deque
-import math
 import threading
 import time
 from typing import NamedTuple
 
+from bristle_ros.pace import check_factor, FollowedPace, OwnPace, Rate
 from bristle_ros.simulation import CommandRefused, StepFailure
-
-BACKLOG_CHUNKS = 4          # what may be caught up after a delay: this many chunks,
-BACKLOG_NS = 50_000_000     # [ns] or this much wall time, if more; the rest is shed
-WINDOW_NS = 1_000_000_000   # [ns] over which the reached real-time factor is taken
-MARK_NS = 50_000_000        # [ns] between the marks inside that window: memory stays bounded
 
 
 class Event(NamedTuple):
@@ -42,18 +37,19 @@ class Driver:
     sample : int                steps between samples inside chunks; 0: none, only chunk ends
     paced : bool                False: as fast as it goes and no command timeout, whatever the
                                 scene says, so that an offline run depends on no clock
+    follow : bool               True: chunks are due by a clock whose times `follow` is given
 
     One thread calls `run_chunk`; everything else may be called from others meanwhile.
     """
 
-    def __init__(self, simulation, *, clock=time.monotonic_ns, sample=0, paced=True):
+    def __init__(self, simulation, *, clock=time.monotonic_ns, sample=0, paced=True,
+                 follow=False):
         run = simulation.scene.run
         self.simulation = simulation
         self.its = simulation.its                                   # [s]
         self.chunk = max(1, round(run.chunk / self.its))            # [steps]
         self.sample = sample
         self.late_chunks = 0            # ended after the next one was due
-        self.shed = 0                   # [ns] of wall time given up, for good
         self.refused = 0                # commands
         self.stepping = 0               # [ns] spent in advance() alone
         self.resets = 0
@@ -68,16 +64,36 @@ class Driver:
         self._timed_out = False
         self._paused = False
         self._single = False
-        self._factor = float(run.real_time_factor) if paced else 0.0
-        self._marks = deque()           # (wall [ns], total step) at chunk ends
+        self._marks = Rate()            # of total steps, at chunk ends
+        self.pace = (                   # others read it, and change nothing
+            FollowedPace(clock, self.its, self.chunk) if follow else
+            OwnPace(clock, self.its, self.chunk, float(run.real_time_factor) if paced else 0.0))
         self.start()
 
     def start(self):
         """Take now as the time at which the step reached is due; what came before is gone."""
-        now = self._clock()
-        self._anchor = now, self._total  # wall [ns] at which this total step was or is due
-        self._last_velocity = now        # [ns] when cmd_vel was last heard
+        self.pace.start(self._total)
+        self._last_velocity = self._clock()     # [ns] when cmd_vel was last heard
         self._marks.clear()
+
+    def follow(self, time):
+        """
+        Take the time [ns] of the clock that is followed; return by how much it went back [ns].
+
+        Whoever sleeps until the next chunk has to look again when one is `due` now.
+        """
+        with self._lock:
+            return self.pace.tick(time)
+
+    def behind(self):
+        """[ns] by which the followed clock is ahead of the step reached."""
+        with self._lock:
+            return self.pace.behind(self._total)
+
+    @property
+    def shed(self):
+        """[ns] of wall time, or of the followed clock's, given up for good."""
+        return self.pace.given_up
 
     @property
     def total_step(self):
@@ -90,30 +106,25 @@ class Driver:
 
     @property
     def real_time_factor(self):
-        """Simulated seconds per wall second asked for; 0 is as fast as it goes."""
-        return self._factor
+        """
+        Simulated seconds per wall second asked for; 0 is as fast as it goes.
+
+        Where a clock is followed it is that clock's, measured; 0 while it stands still.
+        """
+        return self.pace.factor()
 
     @real_time_factor.setter
     def real_time_factor(self, factor):
-        if not 0.0 <= factor < math.inf:
-            raise ValueError(f'real-time factor = {factor!r}: must be 0 (as fast as it goes) or '
-                             'more, and finite')
+        check_factor(factor)
         with self._lock:
-            # The step reached keeps the wall time at which it was due, so nothing jumps.
-            step = self._total
-            self._anchor = (self._due_at(step) if self._factor > 0.0 else self._clock()), step
-            self._factor = float(factor)
+            self.pace.set_factor(float(factor), self._total)
 
     def next_deadline(self):
-        """[ns] on the clock when the next chunk is due; None while paused."""
+        """[ns] on the clock when the next chunk is due; None while only a call can change that."""
         with self._lock:
             if self._single:
                 return self._clock()
-            if self._paused:
-                return None
-            if self._factor == 0.0:
-                return self._clock()
-            return self._due_at(self._total + self.chunk)
+            return None if self._paused else self.pace.deadline(self._total + self.chunk)
 
     def due(self):
         """Whether a chunk should run now."""
@@ -123,15 +134,9 @@ class Driver:
     def reached(self):
         """Real-time factor reached over about the last second; 0 while paused."""
         with self._lock:
-            if self._paused or len(self._marks) < 2:
-                return 0.0
-            (wall, step), (last_wall, last_step) = self._marks[0], self._marks[-1]
-            return (last_step - step) * self.its * 1e9 / max(1, last_wall - wall)
-
-    def _due_at(self, step):
-        # From the anchor's step number, never from the last deadline: no drift, no summed error.
-        wall, anchor_step = self._anchor
-        return wall + round((step - anchor_step) * self.its * 1e9 / self._factor)
+            # A followed clock may stand still, and so do we then.
+            now = self._clock() if self.pace.follows else None
+            return 0.0 if self._paused else self._marks.per_second(now) * self.its
 
     def command(self, topic, values):
         """
@@ -197,10 +202,10 @@ class Driver:
                 self.start()
 
     def step_once(self):
-        """Make one chunk due while paused; False (and nothing) when not paused."""
+        """Make one chunk due while paused; False (and nothing) if not, or without a clock."""
         with self._lock:
-            self._single = self._paused
-            return self._paused
+            self._single = self._paused and not (self.pace.follows and self.pace.time is None)
+            return self._single
 
     def run_chunk(self, steps=None):
         """
@@ -210,13 +215,15 @@ class Driver:
         is what was reached. Never raises StepFailure.
         """
         start = self._total
+        end = start + (self.chunk if steps is None else steps)
         with self._lock:
             single, self._single = self._single, False
-            paced = self._factor > 0.0 and not single and not self._paused
+            paced = not single and not self._paused
             if paced:
-                deadline = self._shed(start)
+                self.pace.begin(start + self.chunk)
+            elif single:
+                self.pace.begin_single(end)
         events = self._begin(start)
-        end = start + (self.chunk if steps is None else steps)
         samples, failure = [], None
         while failure is None and self._total < end:
             self._apply_scheduled(events)
@@ -229,20 +236,8 @@ class Driver:
                 samples.append(self._snapshot())
         reached = self._total
         last = samples[-1] if samples and samples[-1].step == reached else self._snapshot()
-        self._end(deadline if paced else None, end)
+        self._end(paced, end)
         return Chunk(start, reached, tuple(samples), last, tuple(events), failure)
-
-    def _shed(self, start):
-        """Give up what of a delay is too much to catch up; return this chunk's deadline."""
-        deadline = self._due_at(start + self.chunk)
-        period = self._due_at(start + 2 * self.chunk) - deadline
-        excess = self._clock() - deadline - max(BACKLOG_CHUNKS * period, BACKLOG_NS)
-        if excess > 0:
-            self.shed += excess
-            wall, step = self._anchor
-            self._anchor = wall + excess, step
-            deadline += excess
-        return deadline
 
     def _begin(self, start):
         with self._lock:
@@ -303,16 +298,7 @@ class Driver:
             snapshot = snapshot._replace(step=step, t=step * self.its)
         return snapshot
 
-    def _end(self, deadline, end):
-        now = self._clock()
+    def _end(self, paced, end):
         with self._lock:
-            paced = deadline is not None and self._factor > 0.0
-            if paced and now > self._due_at(end + self.chunk):
-                self.late_chunks += 1
-            marks = self._marks
-            # The newest mark follows every chunk; older ones stand MARK_NS apart.
-            if len(marks) >= 2 and marks[-1][0] - marks[-2][0] < MARK_NS:
-                marks.pop()
-            marks.append((now, self._total))
-            while len(marks) > 2 and now - marks[1][0] >= WINDOW_NS:
-                marks.popleft()
+            self.late_chunks += paced and self.pace.late(end)
+            self._marks.add(self._clock(), self._total)

@@ -63,7 +63,8 @@ def main(arguments):
         raise SceneError(f'{ours[0]!r} is no argument of brush_node: write --ros-args '
                          '--params-file SCENE.yaml')
     bell = _Bell()
-    scene = from_arguments(arguments)
+    notes = []
+    scene = from_arguments(arguments, notes=notes)
     import rclpy
     from rclpy.signals import SignalHandlerOptions
     try:
@@ -71,7 +72,7 @@ def main(arguments):
     except Exception as error:  # rclpy has no common class for what rcl finds wrong in arguments
         raise SceneError(f'not understood by ROS: {str(error).partition(", at ")[0]}',
                          source='--ros-args') from None
-    run = _Run(scene, bell)
+    run = _Run(scene, bell, notes)
     try:
         run.until_rung()
     finally:
@@ -84,7 +85,7 @@ def main(arguments):
 class _Run:
     """One node with its executor's thread. `failure` says why it ended, if not by a signal."""
 
-    def __init__(self, scene, bell):
+    def __init__(self, scene, bell, notes):
         from bristle_ros.node_lifecycle import BrushNode
         from rclpy.clock import Clock, ClockType
         from rclpy.executors import SingleThreadedExecutor
@@ -92,6 +93,8 @@ class _Run:
         self._bell = bell
         self._terminal = sys.stderr.isatty()
         self._node = BrushNode(scene, self._end, wall_ns=time.time_ns)
+        for note in notes:
+            self._node.get_logger().warning(note)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
         if scene.run.autostart:

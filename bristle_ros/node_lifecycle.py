@@ -1,19 +1,34 @@
 """The lifecycle node: parameters and commands in, snapshots out. Pacing is driver.py's."""
-from bristle_ros import messages, node_parameters
+from functools import wraps
+
+from bristle_ros import messages, node_parameters, node_time
 from bristle_ros.driver import Driver
 from bristle_ros.log import Log
-from bristle_ros.node_topics import Outputs, OVERRIDABLE, reliable
+from bristle_ros.node_commands import Commands
+from bristle_ros.node_topics import Outputs
 from bristle_ros.pacing import PacingThread
 from bristle_ros.scene import steps
-from bristle_ros.simulation import CommandRefused, Simulation
-from geometry_msgs.msg import Twist, TwistStamped
+from bristle_ros.simulation import Simulation
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
-from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 OK, WARN, ERROR = range(3)  # levels of a DiagnosticStatus
 CLOSING = 4.0   # [s] what launch leaves between Ctrl-C and a harder signal is 5
+
+
+def _told(transition):
+    """Say why a transition goes wrong: rclpy swallows what is raised, and nobody would learn."""
+    @wraps(transition)
+    def tell(self, state):
+        try:
+            return transition(self, state)
+        except Exception as error:
+            self.problem = error
+            if not self.quiet:
+                self.get_logger().error(' '.join(str(error).split()))
+            return TransitionCallbackReturn.ERROR  # on_error follows, and unconfigured
+    return tell
 
 
 class BrushNode(LifecycleNode):
@@ -23,7 +38,7 @@ class BrushNode(LifecycleNode):
     Subscribes: cmd_brush_speed, cmd_vel, cmd_penetration. Publishes: contact_wrench, tip_wrench,
     mount_wrench, tip_pose, joint_states, bristle_markers, /diagnostics and, if asked, /clock.
     Services: ~/pause, ~/step, ~/reset. Configure compiles and opens the log, activate steps,
-    deactivate holds, cleanup releases.
+    deactivate holds, cleanup releases; what goes wrong in one of them releases too.
     """
 
     def __init__(self, scene, on_end, *, wall_ns):
@@ -34,11 +49,16 @@ class BrushNode(LifecycleNode):
         [ns] is the time of day, for `run.time_origin: wall`.
         """
         super().__init__('brush_node')
+        self._follows = node_time.follows(self, scene.run)
+        # rclpy lets a transition that the present state does not have end the executor.
+        self._change_state = self._service_change_state.callback
+        self._service_change_state.callback = self._change_if_possible
         self.scene = scene
         self.problem, self.quiet = None, False  # why configuring failed; whether others say so
         self._on_end, self._wall_ns = on_end, wall_ns
         self._driver = self._log = self._outputs = self._pacing = self._last = None
-        self._entities, self._stopping = [], False
+        self._follower = self._commands = None
+        self._servers, self._stopping = [], False
         self._stepping, self._log_failed, self._late_before = False, False, 0
         self.normal_force, self.torque = [], []     # filled while `watched`
         self.watched = False
@@ -47,33 +67,33 @@ class BrushNode(LifecycleNode):
 
     # Transitions; the executor's thread runs them.
 
+    @_told
     def on_configure(self, state):
         """Open the log, compile, and enter the graph."""
         scene, self.problem = self.scene, None
         origin = self._wall_ns() if scene.run.time_origin == 'wall' else 0
-        try:
-            if scene.log.path:
-                self._log = Log(scene.log.path, scene, resolve=self._resolve, origin=origin)
-            simulation = Simulation(scene)
-            sample = steps(scene, scene.run.sample, 'run.sample') if self._log else 0
-            self._driver = Driver(simulation, sample=sample)
-        except Exception as error:  # rclpy would swallow it, and nobody would learn why
-            self.problem = error
-            if not self.quiet:
-                self.get_logger().error(str(error))
-            self._release()
-            return TransitionCallbackReturn.FAILURE
+        if scene.log.path:
+            self._log = Log(scene.log.path, scene, resolve=self._resolve, origin=origin)
+        simulation = Simulation(scene)
+        sample = steps(scene, scene.run.sample, 'run.sample') if self._log else 0
+        self._driver = Driver(simulation, sample=sample, follow=self._follows)
         if self._stopping:
             return TransitionCallbackReturn.FAILURE
-        self._driver.real_time_factor = self.get_parameter(node_parameters.REAL_TIME_FACTOR).value
-        self._outputs = Outputs(self, scene, origin)
-        self._enter_graph()
+        if self._follows:
+            self._follower = node_time.Follower(self, self._driver, self._wake)
+        else:
+            self._driver.real_time_factor = self.get_parameter(
+                node_parameters.REAL_TIME_FACTOR).value
+        with node_parameters.qos_overrides(self):
+            self._outputs = Outputs(self, scene, origin)
+            self._enter_graph()
         self.get_logger().info(
             f'ready: {scene.brush.bristle_count} bristle(s), step '
             f'{scene.solver.integration_time_step:.6g} s, chunk {scene.run.chunk:.6g} s, compiled '
             f'in {simulation.compile_time:.3g} s')
         return TransitionCallbackReturn.SUCCESS
 
+    @_told
     def on_activate(self, state):
         """Step from here on."""
         result = super().on_activate(state)
@@ -81,20 +101,35 @@ class BrushNode(LifecycleNode):
         self._pacing.start()
         return result
 
+    @_told
     def on_deactivate(self, state):
         """Hold at the end of the chunk that is running."""
         self._hold()
         return super().on_deactivate(state)
 
+    @_told
     def on_cleanup(self, state):
         """Complete the log and release everything."""
         self._release()
         return TransitionCallbackReturn.SUCCESS
 
+    @_told
     def on_shutdown(self, state):
         """Complete the log and release everything."""
         self._release()
         return TransitionCallbackReturn.SUCCESS
+
+    def on_error(self, state):
+        """Release everything after a transition that went wrong; the node is unconfigured then."""
+        self._release()
+        return TransitionCallbackReturn.SUCCESS
+
+    def _change_if_possible(self, request, response):
+        try:
+            return self._change_state(request, response)
+        except RuntimeError:  # rclpy's RCLError; rcl has told in the log what is not possible
+            response.success = False
+            return response
 
     def finish(self):
         """Hold and complete the log, in whatever state; the process is about to end."""
@@ -112,59 +147,46 @@ class BrushNode(LifecycleNode):
         self._hold()
         if self._log:
             self._log.close()
-        for destroy, entity in self._entities:
-            destroy(entity)
-        self._entities = []
+        for server in self._servers:
+            self.destroy_service(server)
+        self._servers = []
+        for part in (self._commands, self._follower):
+            if part:
+                part.destroy()
         if self._outputs:
             self._outputs.destroy(self)
-        self._driver = self._log = self._outputs = self._last = None
+        self._commands = self._follower = self._outputs = None
+        self._driver = self._log = self._last = None
         self._log_failed, self._late_before = False, 0
+
+    def _wake(self):
+        if self._pacing:
+            self._pacing.wake()
 
     def _resolve(self, name):
         return self.resolve_topic_name(name)
 
-    # What comes in.
+    # Services.
 
     def _enter_graph(self):
-        def listen(type_, topic, values):
-            def callback(message):
-                self._take(topic, values(message))
-            subscription = self.create_subscription(
-                type_, topic, callback, reliable(), qos_overriding_options=OVERRIDABLE)
-            self._entities.append((self.destroy_subscription, subscription))
-
-        def twist(message):
-            return message.linear.x, message.linear.y, message.angular.z
-
-        listen(Float64, 'cmd_brush_speed', lambda message: (message.data,))
-        listen(Float64, 'cmd_penetration', lambda message: (message.data,))
-        if self.scene.run.stamped_cmd_vel:
-            listen(TwistStamped, 'cmd_vel', lambda message: twist(message.twist))
-        else:
-            listen(Twist, 'cmd_vel', twist)
+        self._commands = Commands(
+            self, self.scene.run, self._driver, active=lambda: self._pacing is not None,
+            own_time=lambda: self._outputs.stamp(self._driver.total_step))
         for type_, name, callback in ((SetBool, '~/pause', self._pause),
                                       (Trigger, '~/step', self._step),
                                       (Trigger, '~/reset', self._reset)):
-            self._entities.append(
-                (self.destroy_service, self.create_service(type_, name, callback)))
-
-    def _take(self, topic, values):
-        if not self._pacing:
-            return  # an inactive node would only keep it until it is stale
-        try:
-            self._driver.command(topic, values)
-        except CommandRefused as refused:
-            self.get_logger().warning(f'refused: {refused}', throttle_duration_sec=5.0)
+            self._servers.append(self.create_service(type_, name, callback))
 
     def _pause(self, request, response):
-        driver, pacing = self._driver, self._pacing
+        driver = self._driver
         if request.data:
             driver.pause()
         else:
             driver.resume()
-        if pacing:
-            pacing.wake()
-            pacing.settle()
+        self._wake()
+        if self._pacing:
+            self._pacing.settle()
+            self._outputs.tell_time(driver.total_step)  # what the limited rate held back
         response.success = True
         response.message = f'{"paused" if request.data else "running"} at {self._time()}'
         return response
@@ -174,6 +196,8 @@ class BrushNode(LifecycleNode):
             response.message = 'the node is not active'
         elif not self._driver.paused:
             response.message = 'not paused: call ~/pause first'
+        elif self._follows and self._driver.pace.time is None:
+            response.message = 'no /clock heard yet'
         else:
             self._stepping = True
             response.success = self._pacing.step_once()
@@ -193,8 +217,7 @@ class BrushNode(LifecycleNode):
     def _set_real_time_factor(self, factor):
         if self._driver:
             self._driver.real_time_factor = factor
-        if self._pacing:
-            self._pacing.wake()
+        self._wake()
 
     # What goes out.
 
@@ -202,6 +225,8 @@ class BrushNode(LifecycleNode):
         """Publish and log a chunk; the pacing thread calls this."""
         driver = self._driver
         snapshot = self._last = chunk.last
+        if self._follows:
+            self._keep_origin(chunk)
         self._outputs.publish(snapshot, driver.simulation, driver.now(), driver.resets,
                               clock=self._stepping)
         if self._log and self._log.write(chunk):
@@ -210,6 +235,13 @@ class BrushNode(LifecycleNode):
             self.normal_force.append(float(snapshot.contact_force[:, 2].sum())
                                      * self.scene.brush.wires_per_bristle)
             self.torque.append(-float(snapshot.brush_torque[2]))
+
+    def _keep_origin(self, chunk):
+        origin = self._driver.pace.origin
+        if origin != self._outputs.origin:
+            self._outputs.origin = origin
+            if self._log:  # where simulation time lies on /clock from here on
+                self._log.event(chunk.start, 'clock', origin_ns=origin)
 
     def _diagnose(self):
         driver, log, last = self._driver, self._log, self._last
@@ -224,6 +256,9 @@ class BrushNode(LifecycleNode):
         level, text = OK, 'running' if self._pacing and not driver.paused else 'holding'
         if late:
             level, text = WARN, f'{late} late chunks in the last second'
+        news = self._follower.news() if self._follower and self._pacing else ''
+        if news:
+            level, text = WARN, news
         if log and log.failed:
             level, text = ERROR, f'logging ended: {log.failed}'
         values = {
@@ -235,7 +270,8 @@ class BrushNode(LifecycleNode):
             'Newton failures': getattr(driver.simulation, 'newton_failures', 0),
             'log backlog': log.backlog if log else 0,
             'refused commands': driver.refused,
-            'simulation time [s]': f'{driver.total_step * driver.its:.6f}'}
+            'simulation time [s]': f'{driver.total_step * driver.its:.6f}',
+            **(self._follower.values() if self._follower else {})}
         # With its namespace: all brushes of a graph share /diagnostics.
         name = self.get_fully_qualified_name().lstrip('/')
         payload = self._outputs.diagnose(

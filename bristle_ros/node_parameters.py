@@ -1,4 +1,7 @@
 """A scene's keys as ROS parameters: described, ranged, and fixed but for the real-time factor."""
+from contextlib import contextmanager
+
+from bristle_ros.node_time import SIM_TIME
 from bristle_ros.scene import keys, to_parameters
 from bristle_ros.scene_error import SceneError
 from rcl_interfaces.msg import (FloatingPointRange, IntegerRange, ParameterDescriptor,
@@ -20,13 +23,19 @@ def declare(node, scene, on_real_time_factor):
         '', [(name, values[name], describe(key)) for name, key in by_name.items()],
         ignore_override=True)  # rcl's own overrides: the scene has been made from them
 
+    follows = node.get_parameter(SIM_TIME).value
+
     def check(parameters):
         for parameter in parameters:
+            if parameter.name == SIM_TIME and parameter.value != follows:
+                return _refused(f'{SIM_TIME} is fixed when the node starts')
             if parameter.name == REAL_TIME_FACTOR:
+                if follows:
+                    return _refused(f'with {SIM_TIME}, /clock sets the pace')
                 try:
                     by_name[parameter.name].check(parameter.value)
                 except SceneError as error:
-                    return SetParametersResult(successful=False, reason=str(error))
+                    return _refused(str(error))
         return SetParametersResult(successful=True)
 
     def take(parameters):
@@ -36,6 +45,26 @@ def declare(node, scene, on_real_time_factor):
 
     node.add_on_set_parameters_callback(check)
     node.add_post_set_parameters_callback(take)
+
+
+@contextmanager
+def qos_overrides(node):
+    """Wrap the making of topics: a bad override is one line, one without effect a warning."""
+    given = [name for name in node._parameter_overrides if name.startswith('qos_overrides.')]
+    try:
+        yield
+    except Exception as error:  # rclpy raises several kinds; none of them without overrides
+        if not given:
+            raise
+        raise SceneError(str(error), source='qos_overrides') from None
+    for name in given:
+        if not node.has_parameter(name):
+            node.get_logger().warning(
+                f'{name} has no effect: the node has no such topic, or it cannot be overridden')
+
+
+def _refused(reason):
+    return SetParametersResult(successful=False, reason=reason)
 
 
 def describe(key):

@@ -25,7 +25,7 @@ class Outputs:
 
     def __init__(self, node, scene, origin):
         self._its = scene.solver.integration_time_step
-        self._origin = origin
+        self.origin = origin    # [ns] of simulation time 0 in stamps; a followed clock moves it
         self._frame_prefix, self._transforms = scene.run.frame_prefix, scene.run.publish_tf
         self._path = MountPath(scene)
         self._topics = [(self._publisher(node, _TYPES[topic.type], topic.name), topic.encode)
@@ -36,7 +36,7 @@ class Outputs:
         self._tf = None
         if self._transforms != 'none':
             self._tf = self._transform_publisher(node)
-        self._clock, self._clock_last = None, 0
+        self._clock, self._clock_due = None, 0
         if scene.run.publish_clock:
             self._clock = self._publisher(node, Clock, '/clock')
         # Diagnostics tell of an inactive node too.
@@ -61,11 +61,11 @@ class Outputs:
         for publisher in (*(publisher for publisher, _ in self._topics), self._markers,
                           self._tf, self._clock, self._diagnostics):
             if publisher is not None:
-                node.destroy_publisher(publisher)
+                node.destroy_lifecycle_publisher(publisher)  # else the node would keep it
 
     def stamp(self, step):
         """Return the stamp [ns] of a total step."""
-        return messages.stamp_ns(step, self._its, self._origin)
+        return messages.stamp_ns(step, self._its, self.origin)
 
     def publish(self, snapshot, simulation, now, resets, *, clock=False):
         """
@@ -77,9 +77,9 @@ class Outputs:
         steps want it.
         """
         stamp = self.stamp(snapshot.step)
-        if self._clock is not None and (clock or now - self._clock_last >= _CLOCK_PERIOD):
-            self._clock_last = now
-            self._clock.publish(messages.encode_clock(stamp))
+        if clock or now >= self._clock_due:
+            self._clock_due = max(self._clock_due + _CLOCK_PERIOD, now)
+            self.tell_time(snapshot.step)
         for publisher, encode in self._topics:
             if publisher.get_subscription_count():
                 publisher.publish(encode(snapshot, stamp))
@@ -92,6 +92,11 @@ class Outputs:
             self._layout = self._layout or messages_view.Markers(self._scene)
             self._markers.publish(self._layout.encode(
                 stamp, snapshot, simulation.centreline(), mount))
+
+    def tell_time(self, step):
+        """Publish /clock, if this node is its master."""
+        if self._clock is not None:
+            self._clock.publish(messages.encode_clock(self.stamp(step)))
 
     def diagnose(self, step, statuses):
         """Publish /diagnostics; return its bytes for the log."""

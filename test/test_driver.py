@@ -1,7 +1,8 @@
 """Pacing, overload, commands and resets, against a clock turned by hand."""
 from types import SimpleNamespace
 
-from bristle_ros.driver import Driver, Event, WINDOW_NS
+from bristle_ros.driver import Driver, Event
+from bristle_ros.pace import BACKLOG_NS, CATCH_UP_NS, WINDOW_NS
 from bristle_ros.simulation import CommandRefused, StepFailure
 from bristle_ros.snapshot import Snapshot
 import pytest
@@ -285,3 +286,130 @@ def test_memory_stays_bounded():
         assert len(driver.run_chunk().events) == 1
     assert len(driver._marks) < 30
     assert len(driver._pending) == 0
+
+
+def following(clock, **given):
+    """Return a driver that follows, 10 s into a clock, and ready to go."""
+    driver = Driver(Counting(clock, **given), clock=clock, follow=True)
+    assert driver.next_deadline() is None, 'nothing before the clock is heard'
+    assert not driver.step_once()
+    assert driver.follow(10_000 * MS) == 0
+    return driver
+
+
+def run_due(driver):
+    """Run what is due and check that none of it is ahead; return how many chunks."""
+    count = 0
+    while driver.due():
+        driver.run_chunk()
+        count += 1
+        assert driver.pace.behind(driver.total_step) >= 0
+        assert driver.pace.origin + driver.total_step * 100_000 <= driver.pace.time
+    assert driver.next_deadline() is None, 'no busy waiting'
+    return count
+
+
+@pytest.mark.parametrize('factor', [0.2, 1, 5])
+@pytest.mark.parametrize('period', [1, 10, 100])
+def test_lockstep_with_a_followed_clock(factor, period):
+    clock = Clock()
+    driver = following(clock)
+    for tick in range(1, 2_000 // period):
+        clock.now += round(period * MS / factor)
+        driver.follow((10_000 + tick * period) * MS)
+        run_due(driver)
+        assert driver.total_step == tick * period // 5 * 50
+    assert driver.real_time_factor == pytest.approx(factor, rel=0.01)
+    # Chunks come in bursts, a tick's at once, so this one is coarse.
+    assert driver.reached() == pytest.approx(factor, rel=0.02 if period == 1 else 0.5)
+    assert driver.pace.origin == 10_000 * MS
+    assert (driver.late_chunks, driver.shed) == (0, 0)
+
+
+def test_a_followed_clock_that_stands_still():
+    clock = Clock()
+    driver = following(clock)
+    driver.follow(10_100 * MS)
+    assert run_due(driver) == 20
+    for _ in range(100):
+        clock.now += 100 * MS
+        driver.follow(10_100 * MS)
+        assert run_due(driver) == 0
+    assert (driver.reached(), driver.real_time_factor) == (0.0, 0.0)
+    driver.follow(10_110 * MS)
+    assert run_due(driver) == 2
+
+
+def test_a_followed_clock_that_jumps_ahead():
+    clock = Clock()
+    driver = following(clock)
+    driver.follow(10_010 * MS)
+    run_due(driver)
+    driver.follow(10_810 * MS)
+    assert run_due(driver) == 160, 'a short jump is made up for'
+    assert driver.shed == 0
+    driver.follow(70_810 * MS)
+    assert run_due(driver) == pytest.approx(CATCH_UP_NS / (5 * MS), abs=1)
+    assert driver.shed == pytest.approx(60_000 * MS - CATCH_UP_NS, abs=5 * MS)
+    assert driver.pace.behind(driver.total_step) < 5 * MS, 'stamps follow the clock'
+
+
+def test_too_slow_for_a_followed_clock():
+    """The clock ticks on by 1 ms per ms; a chunk of 5 ms takes 12 ms."""
+    clock = Clock()
+    driver = following(clock)
+    for _ in range(200):
+        driver.follow(driver.pace.time + 12 * MS)
+        clock.now += 12 * MS
+        assert driver.due()
+        driver.run_chunk()
+        assert driver.pace.behind(driver.total_step) <= BACKLOG_NS + 12 * MS
+    assert driver.total_step == 200 * 50, 'no step is left out'
+    assert driver.late_chunks > 150
+    assert driver.shed == pytest.approx(200 * 7 * MS, abs=BACKLOG_NS + 12 * MS)
+
+
+def test_a_followed_clock_that_goes_back():
+    clock = Clock()
+    driver = following(clock)
+    driver.follow(12_000 * MS)
+    run_due(driver)
+    step = driver.total_step
+    assert driver.follow(500 * MS) == 11_500 * MS
+    assert driver.pace.jumps_back == 1
+    assert run_due(driver) == 0
+    assert driver.pace.behind(step) == 0, 'what is reached is now'
+    driver.follow(520 * MS)
+    assert run_due(driver) == 4
+    assert driver.total_step == step + 200, 'simulation time goes on'
+    assert driver.shed == 995 * MS, 'of the first jump, 2 s ahead, not of this one'
+
+
+def test_a_chunk_that_runs_while_the_followed_clock_goes_back():
+    clock = Clock()
+    driver = following(clock)
+    driver.follow(10_005 * MS)
+    advance = driver.simulation.advance
+    driver.simulation.advance = lambda n: (advance(n), driver.follow(3_000 * MS))
+    driver.run_chunk()
+    assert driver.pace.origin + driver.total_step * 100_000 == 3_000 * MS, 'not ahead of the clock'
+
+
+def test_pause_and_step_beside_a_followed_clock():
+    clock = Clock()
+    driver = following(clock)
+    driver.follow(10_020 * MS)
+    run_due(driver)
+    driver.pause()
+    driver.follow(15_000 * MS)
+    assert driver.next_deadline() is None
+    assert driver.step_once()
+    driver.run_chunk()
+    assert driver.pace.behind(driver.total_step) == 0
+    driver.resume()
+    assert driver.next_deadline() is None
+    driver.follow(15_010 * MS)
+    assert driver.next_deadline() is None, 'from here on, as if no time had passed'
+    driver.follow(15_020 * MS)
+    assert run_due(driver) == 2
+    assert driver.shed == 0
