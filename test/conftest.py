@@ -1,4 +1,5 @@
 """What every test runs under: its own corner of the ROS network, and no silent skips."""
+import itertools
 import os
 from pathlib import Path
 import sys
@@ -13,6 +14,7 @@ os.environ['PYTHONPATH'] = str(ROOT)
 # Nodes of other users of this machine's network must not be seen, nor ours by them.
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+_domains = itertools.count(1 + os.getpid() % 90)
 # Arithmetic that goes wrong in Python code is an error; compiled code answers with a status.
 np.seterr(divide='raise', over='raise', invalid='raise')
 
@@ -35,3 +37,21 @@ def pytest_sessionfinish(session, exitstatus):
 def root():
     """Return the checkout."""
     return ROOT
+
+
+@pytest.fixture(scope='module')
+def environment():
+    """Keep a module's graph apart from those of other modules, which may be still leaving."""
+    before = os.environ['ROS_DOMAIN_ID']
+    os.environ['ROS_DOMAIN_ID'] = str(next(_domains))
+    yield
+    os.environ['ROS_DOMAIN_ID'] = before
+
+
+@pytest.fixture
+def user(environment):
+    """Another node, in this process."""
+    import nodes  # here: most tests need no ROS
+    made = nodes.User()
+    yield made
+    made.leave()

@@ -1,7 +1,5 @@
 """The node as users meet it: its own process, real rclpy, messages over DDS, signals, logs."""
-import itertools
 import os
-from pathlib import Path
 import signal
 import subprocess
 import sys
@@ -13,13 +11,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, WrenchStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
+from nodes import Brush, LIMIT, ROOT, run, seconds
 import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import ReliabilityPolicy
 from rosbags.typesys import get_typestore, Stores
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -27,8 +24,6 @@ from std_msgs.msg import Float64, UInt8MultiArray
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
-ROOT = Path(__file__).resolve().parent.parent
-LIMIT = 90.0    # [s] before a wait is a failure: compiling on a busy machine is slow
 SCENE = """
 /**:
   ros__parameters:
@@ -37,18 +32,6 @@ SCENE = """
     solver: {elements: 3, integration_time_step: 5.0e-4}
     run: {chunk: 0.005, sample: 0.001}
 """
-_domains = itertools.count(1 + os.getpid() % 90)
-
-
-@pytest.fixture(scope='module')
-def environment():
-    """Keep this module's graph apart from any other on the machine."""
-    settings = {'ROS_DOMAIN_ID': str(next(_domains)), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
-    before = {name: os.environ.get(name) for name in settings}
-    os.environ.update(settings)
-    yield
-    for name, value in before.items():
-        os.environ.pop(name) if value is None else os.environ.__setitem__(name, value)
 
 
 @pytest.fixture
@@ -56,98 +39,6 @@ def scene(tmp_path):
     path = tmp_path / 'scene.yaml'
     path.write_text(SCENE)
     return path
-
-
-class Brush:
-    """A brush_node in its own process and group; ended hard when a test forgets it."""
-
-    def __init__(self, scene, *arguments, log=None, path=()):
-        given = ['--ros-args', '--params-file', str(scene)]
-        for argument in (*arguments, *([f'log.path:={log}'] if log else [])):
-            given += argument.split() if argument.startswith('-') else ['-p', argument]
-        self.process = subprocess.Popen(
-            [sys.executable, '-m', 'bristle_ros', 'brush_node', *given], cwd=ROOT, text=True,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
-            env={**os.environ, 'PYTHONPATH': os.pathsep.join(map(str, (*path, ROOT)))})
-
-    def end(self, number=signal.SIGINT, times=1):
-        """Send the signal; return (exit code, what it printed)."""
-        for _ in range(times):
-            self.process.send_signal(number)
-        return self.wait()
-
-    def wait(self):
-        out, err = self.process.communicate(timeout=LIMIT)
-        return self.process.returncode, out + err
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        if self.process.poll() is None:
-            self.process.kill()
-            self.process.communicate()
-
-
-class User:
-    """Another ROS node, in this process."""
-
-    def __init__(self):
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context)
-        self.node = rclpy.create_node('user', context=self.context)
-        self._executor = SingleThreadedExecutor(context=self.context)
-        self._executor.add_node(self.node)
-
-    def until(self, condition, what):
-        """Spin until it is so."""
-        end = time.monotonic() + LIMIT
-        while not condition():
-            assert time.monotonic() < end, f'{what}: not within {LIMIT} s'
-            self._executor.spin_once(timeout_sec=0.05)
-
-    def listen(self, type_, topic):
-        """Return the list that its messages go to."""
-        found = []
-        self.node.create_subscription(type_, topic, found.append, QoSProfile(depth=1000))
-        return found
-
-    def until_quiet(self, found):
-        """Spin for a while; return how many messages came meanwhile."""
-        before, end = len(found), time.monotonic() + 0.3
-        while time.monotonic() < end:
-            self._executor.spin_once(timeout_sec=0.05)
-        return len(found) - before
-
-    def publisher(self, type_, topic):
-        publisher = self.node.create_publisher(type_, topic, 10)
-        self.until(publisher.get_subscription_count, f'a subscriber of {topic}')
-        return publisher
-
-    def call(self, type_, name, **request):
-        client = self.node.create_client(type_, name)
-        self.until(client.service_is_ready, f'service {name}')
-        future = client.call_async(type_.Request(**request))
-        self.until(future.done, f'answer of {name}')
-        self.node.destroy_client(client)
-        return future.result()
-
-
-@pytest.fixture
-def user(environment):
-    made = User()
-    yield made
-    made.node.destroy_node()
-    rclpy.shutdown(context=made.context)
-
-
-def seconds(message):
-    return message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
-
-
-def run(*arguments):
-    return subprocess.run([sys.executable, '-m', 'bristle_ros', *map(str, arguments)], cwd=ROOT,
-                          capture_output=True, text=True, timeout=LIMIT)
 
 
 def samples(log, topic):

@@ -1,0 +1,69 @@
+"""
+Run as a program: a /clock of its own, and a look at whether anybody runs ahead of it.
+
+Commands, one per line on stdin: `run FACTOR`, `jump SECONDS`, `time`. Each is answered by a line
+of JSON: the clock's time [ns], the last stamp of joint_states [ns], how many came, and the most
+that one was ahead of the clock [ns]. It starts with the first `run`; `run 0` holds it.
+"""
+import json
+import sys
+import threading
+import time
+
+import rclpy
+from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+PERIOD = 0.01       # [s] of wall time between ticks
+ON_THE_WAY = 1.0    # [s] messages from before a jump back may still come
+
+
+class Master:
+    def __init__(self, start):
+        rclpy.init()
+        self.node = rclpy.create_node('clock_master')
+        self.publisher = self.node.create_publisher(Clock, '/clock', 10)
+        self.node.create_subscription(
+            JointState, 'joint_states', self.hear, QoSProfile(depth=1000))
+        self.time, self.factor = round(start * 1e9), None
+        self.last, self.count, self.ahead, self.blind_until = 0, 0, -10**18, 0.0
+
+    def hear(self, message):
+        self.last = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        self.count += 1
+        if time.monotonic() > self.blind_until:
+            self.ahead = max(self.ahead, self.last - self.time)
+
+    def spin(self):
+        wall = time.monotonic()
+        while rclpy.ok():
+            now = time.monotonic()
+            if self.factor is None:
+                wall = now
+            elif now - wall >= PERIOD:
+                self.time += round((now - wall) * self.factor * 1e9)
+                wall = now
+                seconds, nanoseconds = divmod(self.time, 10**9)
+                message = Clock()
+                message.clock.sec, message.clock.nanosec = seconds, nanoseconds
+                self.publisher.publish(message)
+            rclpy.spin_once(self.node, timeout_sec=PERIOD / 4)
+
+    def obey(self, line):
+        word, _, value = line.strip().partition(' ')
+        if word == 'run':
+            self.factor = float(value)
+        elif word == 'jump':
+            if float(value) < 0.0:
+                self.blind_until = time.monotonic() + ON_THE_WAY
+            self.time += round(float(value) * 1e9)
+        return json.dumps({'time': self.time, 'last': self.last, 'count': self.count,
+                           'ahead': self.ahead})
+
+
+if __name__ == '__main__':
+    master = Master(float(sys.argv[1]))
+    threading.Thread(target=master.spin, daemon=True).start()
+    for command in sys.stdin:
+        print(master.obey(command), flush=True)
