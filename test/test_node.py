@@ -1,5 +1,6 @@
 """The node as users meet it: its own process, real rclpy, messages over DDS, signals, logs."""
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from bristle_ros.recording import Recording
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, WrenchStamped
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.srv import ChangeState, GetState
 from nodes import Brush, LIMIT, ROOT, run, seconds
 import numpy as np
 import pytest
@@ -242,8 +243,13 @@ def test_lifecycle_by_hand(scene, user, tmp_path):
         return user.call(ChangeState, 'brush_node/change_state',
                          transition=Transition(id=transition)).success
 
+    def state():
+        return user.call(GetState, 'brush_node/get_state').current_state.label
+
     with Brush(scene, 'run.autostart:=false', log=log) as brush:
         states = user.listen(JointState, 'joint_states')
+        assert state() == 'unconfigured'
+        assert not change(Transition.TRANSITION_ACTIVATE), 'not before it is configured'
         assert change(Transition.TRANSITION_CONFIGURE)
         assert not user.call(Trigger, 'brush_node/step').success, 'not before it is active'
         assert change(Transition.TRANSITION_ACTIVATE)
@@ -260,9 +266,20 @@ def test_lifecycle_by_hand(scene, user, tmp_path):
         assert change(Transition.TRANSITION_CLEANUP)
         assert (log / 'metadata.yaml').exists(), 'cleanup completes the log'
         assert not change(Transition.TRANSITION_CONFIGURE), 'that log exists already'
+        assert state() == 'unconfigured'
+        shutil.rmtree(log)
+        before = len(states)
+        assert change(Transition.TRANSITION_CONFIGURE), 'once that is mended'
+        assert change(Transition.TRANSITION_ACTIVATE)
+        user.until(lambda: len(states) > before + 20, 'a second run')
+        assert seconds(states[before]) == pytest.approx(0.005), 'from the start'
+        assert len(user.node.get_publishers_info_by_topic('/joint_states')) == 1
+        assert change(Transition.TRANSITION_ACTIVE_SHUTDOWN)
+        assert state() == 'finalized'
+        assert (log / 'metadata.yaml').exists(), 'shutdown completes the log'
         code, printed = brush.end()
     assert code == 0, printed
-    assert 'exists already' in printed
+    assert printed.count('exists already') == 1, printed
     assert 'Traceback' not in printed
 
 
@@ -325,6 +342,9 @@ def test_a_signal_while_it_starts(scene, environment):
     ('friction.kinetic:=0.9', 'friction.kinetic = 0.9'),
     ('run.chunk:=0.00512', 'the nearest'),
     ('log.path:=/proc/no/such', 'log.path = "/proc/no/such"'),
+    ('-p use_sim_time:=true -p run.publish_clock:=true', 'run.publish_clock = true'),
+    ('-p use_sim_time:=true -p run.real_time_factor:=2', 'run.real_time_factor = 2'),
+    ('use_sim_time:=1', 'use_sim_time = 1: must be true or false'),
     ('--foo', '--foo')])
 def test_unusable_input_is_one_line(scene, environment, argument, said):
     with Brush(scene, argument) as brush:
