@@ -253,7 +253,9 @@ class BrushNode(LifecycleNode):
         late = driver.late_chunks - self._late_before
         self._late_before = driver.late_chunks
         reached = driver.reached()
-        level, text = OK, 'running' if self._pacing and not driver.paused else 'holding'
+        still = self._follows and not driver.real_time_factor   # its clock is
+        running = self._pacing and not driver.paused and not still
+        level, text = OK, 'running' if running else 'holding'
         if late:
             level, text = WARN, f'{late} late chunks in the last second'
         news = self._follower.news() if self._follower and self._pacing else ''

@@ -8,7 +8,7 @@ from bristle_ros.recording import Recording
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
-from nodes import Brush, ROOT, run, seconds, User
+from nodes import Brush, LIMIT, ROOT, run, seconds, User
 import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -203,3 +203,14 @@ def test_qos_overrides_from_a_file(scene, user, tmp_path):
     assert code == 2
     assert len(printed.strip().splitlines()) == 1, printed
     assert 'sometimes' in printed
+
+
+def test_the_measuring_tool(scene, environment):
+    done = subprocess.run(
+        [sys.executable, 'tools/measure_node.py', 'follow', '--seconds', '1', '--scene',
+         str(scene)], cwd=ROOT, capture_output=True, text=True, timeout=LIMIT)
+    assert done.returncode == 0, done.stderr
+    rows = [line.split('|')[1].strip() for line in done.stdout.splitlines()]
+    assert rows == ['/clock at 1: stamps behind it', '/clock at 1: most ahead of it',
+                    '/clock at 1: drift, last tenth to first', '/clock at 1: given up']
+    assert float(done.stdout.splitlines()[1].split('|')[2].split()[0]) <= 0.0

@@ -43,13 +43,15 @@ PUBLISHED = {
            'tf2_msgs is installed',
     '/diagnostics': 'each second: real-time factor asked and reached, late chunks, estimated '
                     'error, Newton failures, log backlog, refused commands',
-    '/clock': 'simulation time; only with `run.publish_clock`',
+    '/clock': 'simulation time, at most 100 Hz of wall time but at each `~/step`; only with '
+              '`run.publish_clock`',
 }
 SUBSCRIBED = {
     'cmd_brush_speed': 'speed of the brush [rad/s], in place of `drive.mean_speed`; changes at '
                        'most by `drive.max_acceleration`',
     'cmd_vel': "sweeper's velocity: `linear.x`, `linear.y` [m/s], `angular.z` [rad/s]; a Twist "
-               'when `run.stamped_cmd_vel` is false',
+               'when `run.stamped_cmd_vel` is false. With `run.command_timeout`, one whose stamp '
+               'is older is refused',
     'cmd_penetration': 'depth of the undeformed tip below the road [m]; the road moves at most at '
                        '`road.max_rate`',
 }
