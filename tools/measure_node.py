@@ -84,6 +84,12 @@ class Watcher:
         while time.monotonic() < end and not until():
             self._executor.spin_once(timeout_sec=max(0.0, min(0.05, end - time.monotonic())))
 
+    def expect(self, until, brush):
+        """Take messages until it is so; leave when the node ends before, or nothing comes."""
+        self.spin(120.0, lambda: until() or brush.process.poll() is not None)
+        if not until():
+            sys.exit(f'no messages of the node (its exit code: {brush.process.poll()})')
+
     def call(self, type_, name, **request):
         """Call a service."""
         client = self.node.create_client(type_, name)
@@ -114,8 +120,8 @@ def latency(options):
                            lambda m, came=came: came.setdefault(stamp(m), time.monotonic_ns()))
             publisher = watcher.node.create_publisher(Float64, 'cmd_brush_speed', 10)
             with Brush(options, f'run.chunk:={chunk}', 'run.sample:=0.01',
-                       f'log.path:={log}'):
-                watcher.spin(120.0, lambda came=came, n=1.0 / chunk: len(came) > n)
+                       f'log.path:={log}') as brush:
+                watcher.expect(lambda came=came, n=1.0 / chunk: len(came) > n, brush)
                 came.clear()
                 watcher.spin(options.seconds)
                 arrivals = np.array(list(came.values()))
@@ -185,8 +191,8 @@ def follow(options):
 
     watcher.node.create_timer(1.0 / TICKS, tick)
     watcher.listen(WrenchStamped, 'contact_wrench', note)
-    with Brush(options, 'use_sim_time:=true'):
-        watcher.spin(120.0, lambda: len(behind) > 200)
+    with Brush(options, 'use_sim_time:=true') as brush:
+        watcher.expect(lambda: len(behind) > 200, brush)
         behind.clear()
         watcher.spin(options.seconds)
         stamps, clock = np.array(behind).T
@@ -213,8 +219,8 @@ def master(options):
     watcher.listen(WrenchStamped, 'contact_wrench', lambda message: behind.append(
         stamp(message) - watcher.node.get_clock().now().nanoseconds))
     with Brush(options, 'run.publish_clock:=true',
-               f'run.real_time_factor:={options.factor}'):
-        watcher.spin(120.0, lambda: len(behind) > 200)
+               f'run.real_time_factor:={options.factor}') as brush:
+        watcher.expect(lambda: len(behind) > 200, brush)
         behind.clear()
         clocks.clear()
         watcher.spin(options.seconds)
