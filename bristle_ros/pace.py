@@ -4,7 +4,8 @@ import math
 
 BACKLOG_CHUNKS = 4              # what may be caught up after a delay: this many chunks,
 BACKLOG_NS = 50_000_000         # [ns] or this much time, if more; the rest is given up
-CATCH_UP_NS = 1_000_000_000     # [ns] of a jump ahead of a followed clock that are made up for
+CATCH_UP_NS = 1_000_000_000     # [ns] that a followed clock may be ahead for a while,
+PATIENCE_NS = 2_000_000_000     # [ns] of wall time: then no more than above
 WINDOW_NS = 1_000_000_000       # [ns] over which a rate is taken
 MARK_NS = 50_000_000            # [ns] between the marks inside that window: memory stays bounded
 
@@ -108,8 +109,8 @@ class FollowedPace:
     The step reached and the clock are tied together by `origin`, the clock's time at step 0, which
     is also what makes stamps of steps: so no stamp is ever ahead of the clock. It is fixed by the
     first time heard after a start. It moves when the clock goes back (to the clock's new time) and
-    when time is given up: more than CATCH_UP_NS of a jump ahead, or what a machine that is too
-    slow cannot make up. Steps are never left out and never turned back.
+    when time is given up: more than CATCH_UP_NS at once, or what could not be made up for within
+    PATIENCE_NS. Steps are never left out and never turned back.
     """
 
     follows = True
@@ -127,12 +128,15 @@ class FollowedPace:
     def start(self, step):
         """Take `step` as reached when the clock is heard next."""
         self._anchored, self._end = False, step
-        self._tick, self._allowed = 0, self._limit
+        self._tick, self._in_time = 0, self._clock()
         self._rate = Rate()
         self.origin = 0 if self.time is None else self._origin(step)
 
     def tick(self, time):
         """Take the clock's time [ns]; return by how much it went back [ns], as a rule 0."""
+        now = self._clock()
+        if self.behind(self._end) < self._limit:  # equal when the rest has just been given up
+            self._in_time = now
         before, self.time = self.time, time
         back = 0 if before is None else max(0, before - time)
         if back:
@@ -141,11 +145,10 @@ class FollowedPace:
         if back or not self._anchored:
             # A chunk that runs already ends now, on the clock's new time.
             self.origin, self._anchored = self._origin(self._end), True
-            self._tick, self._allowed = 0, self._limit
+            self._tick, self._in_time = 0, now
         else:
             self._tick = time - before
-            self._allowed = max(self._allowed, min(self._limit + self._tick, CATCH_UP_NS))
-        self._rate.add(self._clock(), time)
+        self._rate.add(now, time)
         return back
 
     def factor(self):
@@ -163,13 +166,11 @@ class FollowedPace:
     def begin(self, end):
         """Take note that a chunk begins that ends at `end`: give up what is too late for it."""
         self._end = end
-        behind = self.behind(end)
-        excess = behind - self._allowed
+        patient = self._clock() - self._in_time < PATIENCE_NS
+        excess = self.behind(end) - (max(CATCH_UP_NS, self._limit) if patient else self._limit)
         if excess > 0:
             self.given_up += excess
             self.origin += excess
-            behind -= excess
-        self._allowed = max(self._limit, min(self._allowed, behind))
 
     def begin_single(self, end):
         """Take note that a single step begins: it ends on the clock's present time."""
