@@ -45,7 +45,9 @@ class OutsideClock:
     def tell(self, command='time'):
         self.process.stdin.write(command + '\n')
         self.process.stdin.flush()
-        return json.loads(self.process.stdout.readline())
+        line = self.process.stdout.readline()
+        assert line, f'the clock has ended: {self.process.wait()}'
+        return json.loads(line)
 
     def __enter__(self):
         return self
@@ -101,7 +103,7 @@ def test_lockstep_with_an_outside_clock(scene, user, tmp_path):
     assert np.sum(np.diff(stamps) < 0) == 1
     assert stamps[-1] < 200.0
     assert np.any(np.diff(stamps) > 90.0)
-    # Whatever the clock did, the brush turned on, chunk by chunk; of a burst some may be lost here.
+    # Whatever the clock did, the brush turned on; of a burst some messages may be lost here.
     turned = np.diff([state.position[0] for state in states]) / 0.025
     assert np.all(turned > 0.5)
     np.testing.assert_allclose(turned, np.round(turned), rtol=1e-9)
