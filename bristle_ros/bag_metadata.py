@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import yaml
 
+PART = 'bristle_ros.part'   # metadata record: which file of its log a file is
 _FOREVER = {'sec': 9223372036, 'nsec': 854775807}
 QOS = [{
     'history': 'keep_last', 'depth': 10, 'reliability': 'reliable', 'durability': 'volatile',
@@ -37,31 +38,51 @@ class TopicCount(NamedTuple):
     messages: int
 
 
-def bag_information(files, topics, start, end):
-    """
-    Return rosbag2's information on a bag, format version 9, as ROS 2 Jazzy writes it.
+class FileCount(NamedTuple):
+    """What one file of a bag holds; times in ns."""
 
-    `files`: names; `topics`: TopicCount each; `start`, `end` [ns]: first and last log time.
-    """
-    total = sum(topic.messages for topic in topics)
-    times = {'duration': {'nanoseconds': end - start},
-             'starting_time': {'nanoseconds_since_epoch': start}}
+    name: str
+    start: int          # first log time
+    end: int            # last
+    topics: tuple       # of TopicCount
+
+    @property
+    def messages(self):
+        """How many it holds."""
+        return sum(topic.messages for topic in self.topics)
+
+
+def bag_information(files):
+    """Return rosbag2's information on a bag of FileCounts: version 9, as ROS 2 Jazzy writes it."""
+    totals = {}
+    for topic in (topic for file in files for topic in file.topics):
+        before = totals.get((topic.name, topic.type))
+        totals[topic.name, topic.type] = topic._replace(
+            messages=topic.messages + (before.messages if before else 0))
+    filled = [file for file in files if file.messages] or files
+    start, end = min(file.start for file in filled), max(file.end for file in filled)
     return {
         'version': 9,
         'storage_identifier': 'mcap',
-        **times,
-        'message_count': total,
+        **_times(start, end),
+        'message_count': sum(file.messages for file in files),
         'topics_with_message_count': [{
             'topic_metadata': {
                 'name': topic.name, 'type': topic.type, 'serialization_format': 'cdr',
                 'offered_qos_profiles': QOS, 'type_description_hash': topic.hash},
-            'message_count': topic.messages} for topic in topics],
+            'message_count': topic.messages} for topic in totals.values()],
         'compression_format': '',
         'compression_mode': '',
-        'relative_file_paths': files,
-        'files': [{'path': name, **times, 'message_count': total} for name in files],
+        'relative_file_paths': [file.name for file in files],
+        'files': [{'path': file.name, **_times(file.start, file.end),
+                   'message_count': file.messages} for file in files],
         'custom_data': None,
         'ros_distro': 'jazzy'}
+
+
+def _times(start, end):
+    return {'duration': {'nanoseconds': end - start},
+            'starting_time': {'nanoseconds_since_epoch': start}}
 
 
 def serialized(information):

@@ -1,11 +1,10 @@
 """A run on disk: samples, commands, events and the scene, written beside the run by a thread."""
 from collections import deque
-from pathlib import Path
 import threading
 import time
 
 from . import messages
-from .bag_metadata import qos_text, write_metadata
+from .bag_metadata import qos_text
 from .machine import provenance
 from .message_types import schema_text, TYPE_HASHES
 from .scene import SceneError, to_yaml
@@ -37,7 +36,8 @@ class Log:
         `resolve`: contract name -> full topic name; `origin` [ns]: added to simulation time;
         `key`: what a message about a bad path calls it. Raises SceneError.
         """
-        from .mcap_file import McapFile  # here: a node without a log needs no mcap
+        from .mcap_bag import Bag, MEGABYTE, reason_of  # a node without a log needs no mcap
+        self._reason_of = reason_of
         self.failed = None      # why logging ended, or None
         self.waited = 0         # calls that had to wait for the disk
         self._integration_time_step = scene.solver.integration_time_step
@@ -50,14 +50,14 @@ class Log:
         self._queue, self._backlog = deque(), 0
         self._changed = threading.Condition()
         self._closing = False
-        self._directory, self._path = make_place(path, key)
+        self._file = Bag(path, key, compression=compression or scene.log.compression,
+                         max_size=round(scene.log.max_size * MEGABYTE))
         try:
-            self._file = McapFile(self._path, compression or scene.log.compression)
             self._write_head(scene)
         except OSError as error:
-            if not isinstance(error, FileExistsError):  # then it is somebody else's
-                self._discard()
-            raise bad_place(path, key, error) from None
+            self._file.discard()
+            raise SceneError(f'{reason_of(error)}; name another place', key=key,
+                             value=str(path)) from None
         self._worker = threading.Thread(target=self._run, name='log', daemon=True)
         self._worker.start()
 
@@ -92,7 +92,8 @@ class Log:
             self._changed.notify_all()
         self._worker.join(CLOSE_TIMEOUT)
         if self._worker.is_alive() and self.failed is None:
-            self.failed = f'{self._path}: the disk did not take the rest within {CLOSE_TIMEOUT} s'
+            self.failed = (f'{self._file.place}: the disk did not take the rest within '
+                           f'{CLOSE_TIMEOUT} s')
 
     def __enter__(self):
         """Return the log."""
@@ -123,9 +124,7 @@ class Log:
         try:
             while self._work():
                 pass
-            information = self._file.finish()
-            if self._directory:
-                write_metadata(self._directory, information)
+            self._file.finish()
         except Exception as error:  # the run goes on whatever happens here
             self._fail(error)
 
@@ -148,14 +147,12 @@ class Log:
 
     def _fail(self, error):
         with self._changed:
-            self.failed = f'{self._path}: {_reason(error)}'
+            self.failed = f'{self._file.place}: {self._reason_of(error)}'
             self._queue.clear()
             self._backlog = 0
             self._changed.notify_all()
         try:
-            information = self._file.abandon()
-            if self._directory:
-                write_metadata(self._directory, information)
+            self._file.abandon()
         except OSError:
             pass  # `failed` has said it already; the messages are safe without their summary
 
@@ -212,35 +209,3 @@ class Log:
         self._store_message(0, messages.EVENTS, messages.STRING,
                             messages.encode_event('start', 0), time.time_ns())
         self._file.flush()
-
-    def _discard(self):
-        """Leave nothing behind when the log could not be begun."""
-        self._path.unlink(missing_ok=True)
-        if self._directory:
-            self._directory.rmdir()
-
-
-def make_place(path, key):
-    """Return the bag directory, made, or None for a bare file, and the path of its MCAP file."""
-    place = Path(path).expanduser()
-    bare = place.suffix == '.mcap'
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        if not bare:
-            place.mkdir()  # the one of two that comes second fails here
-    except (OSError, ValueError) as error:
-        raise bad_place(path, key, error) from None
-    return (None, place) if bare else (place, place / f'{place.name}_0.mcap')
-
-
-def bad_place(path, key, error):
-    """Return the SceneError of a place where no log can be made."""
-    return SceneError(f'{_reason(error)}; name another place', key=key, value=str(path))
-
-
-def _reason(error):
-    if isinstance(error, FileExistsError):
-        return 'exists already'
-    if isinstance(error, OSError):
-        return (error.strerror or str(error)).lower()
-    return f'{type(error).__name__}: {error}'

@@ -1,55 +1,23 @@
 """One MCAP file on disk as rosbag2 would write it, readable up to the last flush at any moment."""
-import os
 import time
 
 from mcap.writer import CompressionType, Writer
 
-from .bag_metadata import bag_information, serialized, TopicCount
+from .bag_metadata import bag_information, FileCount, serialized, TopicCount
+from .mcap_output import Output
 
 COMPRESSIONS = {'none': CompressionType.NONE, 'lz4': CompressionType.LZ4,
                 'zstd': CompressionType.ZSTD}
 CHUNK_SIZE = 64 * 1024      # [B] of messages in a chunk; what damage at one place costs
 FLUSH_PERIOD = 0.5          # [s] the longest a message waits for its chunk to be written
-SYNC_PERIOD = 1.0           # [s] between waits for the disk itself, against power cuts
+SYNC_PERIOD = 1.0           # [s] between calls for the disk itself, against power cuts
 
-
-class _Output:
-    """
-    A file without a buffer, which knows how far it is whole.
-
-    Buffered files raise their write errors a second time when they are closed, or never.
-    """
-
-    def __init__(self, path):
-        self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
-        self._position = 0
-
-    def write(self, data):
-        view = memoryview(data)
-        while view:
-            done = os.write(self._fd, view)
-            self._position += done
-            view = view[done:]
-        return len(data)
-
-    def tell(self):
-        return self._position
-
-    def flush(self):
-        pass
-
-    def sync(self):
-        os.fdatasync(self._fd)
-        if os.fstat(self._fd).st_nlink == 0:
-            raise FileNotFoundError('it was deleted')
-
-    def close(self, length=None):
-        """Close it, at most `length` bytes long."""
-        try:
-            if length is not None:
-                os.ftruncate(self._fd, length)
-        finally:
-            os.close(self._fd)
+# [B] Upper bounds of what MCAP and metadata add to the payloads.
+_END = 4096                 # footer, statistics, the indexes of the head's records
+_PER_MESSAGE = 9 + 22 + 16  # its record and its entry in the message index
+_PER_CHUNK = 256            # a chunk's own record and index,
+_PER_CHUNK_CHANNEL = 64     # and what each channel adds: a message index and its place
+_PER_CHANNEL = 2048         # its entry in rosbag2's metadata, and in the statistics
 
 
 class McapFile:
@@ -57,8 +25,8 @@ class McapFile:
 
     def __init__(self, path, compression='zstd', library='bristle_ros'):
         """Make the file `path`; FileExistsError if it is there."""
-        self.name = path.name
-        self._output = _Output(path)
+        self._path = path
+        self._output = Output(path)
         # Chunks are ended here and not by the writer, so that `_whole` knows each one's end.
         self._writer = Writer(self._output, chunk_size=1 << 62, enable_data_crcs=True,
                               compression=COMPRESSIONS[compression])
@@ -67,35 +35,58 @@ class McapFile:
         self._counts = {}       # channel -> messages added
         self._start, self._end = None, 0
         self._whole = 0         # [B] what is surely readable
-        self._flushed = self.information()
-        self._pending_since, self._pending = None, 0    # the chunk that is growing: [s], [B]
+        self._tail = _END       # [B] what ending the file now would add, at most
+        self._flushed = self.count()
+        self._pending_since, self._pending = None, 0    # the chunk that is growing: [s], [B],
+        self._beside = 0        # [B] and at most what else it will have
         self._synced_at = time.monotonic()
+        self._ended = False
         try:
             self._writer.start(profile='ros2', library=library)
-            self.add_metadata('rosbag2', serialized(self.information()))
+            self._describe()
         except BaseException:
-            self._output.close()
+            self.remove()
             raise
 
-    def channel(self, topic, type_name, schema, metadata, *, encodings=('cdr', 'ros2msg')):
+    @property
+    def messages(self):
+        """How many have been added."""
+        return sum(self._counts.values())
+
+    def channel(self, topic, type_name, schema, metadata, encodings=('cdr', 'ros2msg')):
         """
         Return a new channel.
 
         `schema`: the text of `type_name`, bytes; `metadata`: text -> text, with rosbag2's
         `offered_qos_profiles` and `topic_type_hash`; `encodings`: of messages and schema.
         """
-        if (type_name, schema) not in self._schemas:
+        size = _PER_CHANNEL + len(topic) + sum(len(key) + len(value) + 8
+                                               for key, value in metadata.items())
+        new = (type_name, schema) not in self._schemas
+        size += new * (len(schema) + len(type_name) + 64)
+        # Once in a chunk, once more at the end.
+        self._output.reserve(self.size_with(b'') + 2 * size)
+        if new:
             self._schemas[type_name, schema] = self._writer.register_schema(
                 type_name, encodings[1], schema)
         channel = self._writer.register_channel(
             topic, encodings[0], self._schemas[type_name, schema], metadata)
+        self._tail += size
+        self._beside += size
         self._topics[channel] = TopicCount(
             topic, type_name, metadata.get('topic_type_hash', ''), 0)
         self._counts[channel] = 0
         return channel
 
+    def size_with(self, payload):
+        """Return the most that the file can have [B] if it takes `payload` and ends then."""
+        chunk = _PER_CHUNK + _PER_CHUNK_CHANNEL * len(self._topics)
+        return (self._output.tell() + self._pending + self._beside + len(payload) + _PER_MESSAGE
+                + 2 * chunk + self._tail)
+
     def add(self, channel, log_time, publish_time, payload):
-        """Add a message; times in ns."""
+        """Add a message; times in ns. When there is no room for it, nothing has happened."""
+        self._output.reserve(self.size_with(payload))
         self._writer.add_message(channel, log_time, payload, publish_time)
         self._counts[channel] += 1
         self._start = log_time if self._start is None else min(self._start, log_time)
@@ -103,6 +94,7 @@ class McapFile:
         if self._pending_since is None:
             self._pending_since = time.monotonic()
         self._pending += len(payload)
+        self._beside += _PER_MESSAGE
         if self._pending >= CHUNK_SIZE:
             self.flush()
 
@@ -130,29 +122,57 @@ class McapFile:
     def flush(self):
         """Bring all there is into the file."""
         self._writer.flush()
-        self._pending_since, self._pending = None, 0
-        self._whole, self._flushed = self._output.tell(), self.information()
+        if self._pending_since is not None:
+            self._tail += _PER_CHUNK + _PER_CHUNK_CHANNEL * len(self._topics)
+            self._pending_since, self._pending, self._beside = None, 0, 0
+        self._whole, self._flushed = self._output.tell(), self.count()
         if time.monotonic() - self._synced_at >= SYNC_PERIOD:
             self._output.sync()
             self._synced_at = time.monotonic()
 
-    def information(self):
-        """Return rosbag2's information on what was added so far."""
-        topics = [topic._replace(messages=self._counts[channel])
-                  for channel, topic in self._topics.items()]
-        return bag_information([self.name], topics, self._start or 0, self._end)
+    def count(self):
+        """Return the FileCount of what was added so far."""
+        return FileCount(self._path.name, self._start or 0, self._end, tuple(
+            topic._replace(messages=self._counts[channel])
+            for channel, topic in self._topics.items()))
+
+    def end(self):
+        """Write all that a complete file has; returns the Output, which still is to be closed."""
+        self.flush()
+        self._describe()
+        self._writer.finish()
+        self._ended = True
+        return self._output
 
     def finish(self):
-        """Write the index and close; returns rosbag2's information."""
-        self.flush()
-        information = self.information()
-        self.add_metadata('rosbag2', serialized(information))
-        self._writer.finish()
-        self._output.sync()
-        self._output.close()
-        return information
+        """Complete the file and close it; returns its FileCount."""
+        self.end().close()
+        return self.count()
 
     def abandon(self):
-        """Close after a write error, cut back to what is readable; returns information on that."""
-        self._output.close(self._whole)
-        return self._flushed
+        """
+        Close after an error, complete if there is room, else cut back to what is readable.
+
+        Returns the FileCount of what is in it.
+        """
+        if self._ended:
+            return self.count()  # what failed was bringing it to the disk
+        try:
+            if self._output.broken:
+                raise OSError('nothing can be written any more')
+            self.end()
+        except Exception:  # whatever it was, what is whole stays so
+            self._output.close(self._whole)
+            return self._flushed
+        self._output.close()
+        return self.count()
+
+    def remove(self):
+        """Close it and leave nothing behind."""
+        try:
+            self._output.close()
+        finally:
+            self._path.unlink(missing_ok=True)
+
+    def _describe(self):
+        self.add_metadata('rosbag2', serialized(bag_information([self.count()])))

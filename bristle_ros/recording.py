@@ -5,6 +5,7 @@ import re
 from typing import NamedTuple
 
 from . import messages
+from .bag_metadata import PART
 from .log import CONTRACT_NAME
 from .mcap_reader import Attachment, McapReader, Message, Metadata
 from .scene import from_parameters, SceneError
@@ -63,15 +64,51 @@ class Recording:
         """[ns] added to simulation time in the log's stamps."""
         return self._number('time_origin_ns', int)
 
-    def records(self) -> Iterator[Message | Metadata | Attachment]:
-        """Yield all there is, of all files, in order."""
+    @property
+    def part(self):
+        """Which file of its log it begins with; 0 is the start."""
+        try:
+            return int(self._head.get('part', {}).get('number', 0))
+        except ValueError:
+            return 0
+
+    def from_start(self):
+        """Raise SceneError unless it begins where its run did; returns itself."""
+        if self.part:
+            raise SceneError(f'part {self.part} of a log, without what came before it; name the '
+                             'directory with all of its files', source=str(self.path))
+        return self
+
+    def records(self, between=None) -> Iterator[Message | Metadata | Attachment]:
+        """Yield all there is, of all files, in order; calls `between` between two files."""
         self.cut, self.damage = '', []
-        for file in self.files:
+        part, usable = None, 0
+        for number, file in enumerate(self.files):
+            if number and between:
+                between()
             reader = McapReader(file)
-            yield from reader.records()
-            if reader.cut:
+            try:
+                for record in reader.records():
+                    if isinstance(record, Metadata) and record.name == PART:
+                        part = self._follow(file, part, record.entries.get('number', ''))
+                    yield record
+                usable += 1
+            except SceneError as error:
+                if len(self.files) == 1 or not usable and number == len(self.files) - 1:
+                    raise
+                self.damage.append(str(error))
+            if reader.cut and number < len(self.files) - 1:
+                self.damage.append(f'{file}: {reader.cut}, and another file follows')
+            elif reader.cut:
                 self.cut = f'{file}: {reader.cut}'
             self.damage += [f'{file}: {text}' for text in reader.damage]
+
+    def _follow(self, file, before, number):
+        """Return the part that this file is, after telling whether any is missing before it."""
+        part = int(number) if number.isdecimal() else 0
+        if before is not None and part != before + 1:
+            self.damage.append(f'{file}: part {part} of a log comes after part {before}')
+        return part
 
     def entries(self) -> Iterator[Entry]:
         """Yield the messages in the order in which they were logged."""
@@ -120,7 +157,7 @@ def read_commands(path):
 
     A reset has the topic 'reset'; timeouts are the commands they gave.
     """
-    recording = Recording(path)
+    recording = Recording(path).from_start()
     found = []
     for entry in recording.entries():
         type_name = entry.message.channel.schema

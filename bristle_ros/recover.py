@@ -3,10 +3,9 @@ from pathlib import Path
 import sys
 from typing import NamedTuple
 
-from .bag_metadata import write_metadata
+from .bag_metadata import PART
 from .cli import Parser
-from .log import bad_place, make_place
-from .mcap_file import McapFile
+from .mcap_bag import Bag, reason_of
 from .mcap_reader import Attachment, Message
 from .recording import Recording
 from .scene import SceneError
@@ -38,37 +37,36 @@ def recover(path, output=None):
     output = Path(output or default_output(path)).expanduser()
     if not any(isinstance(record, Message) for record in recording.records()):
         raise SceneError('no message in it that could be saved', source=str(recording.path))
-    directory, file_path = make_place(output, '--output')
+    bag = Bag(output, '--output', first=recording.part)
     try:
-        file = McapFile(file_path)
-        count = _copy(recording, file)
-        information = file.finish()
-        if directory:
-            write_metadata(directory, information)
+        count = _copy(recording, bag)
+        bag.finish()
     except OSError as error:
-        raise bad_place(output, '--output', error) from None
+        raise SceneError(f'{reason_of(error)}; name another place', key='--output',
+                         value=str(output)) from None
     return Recovered(output, count, recording.damage + [recording.cut] * bool(recording.cut))
 
 
-def _copy(recording, file):
-    channels, count, seen = {}, 0, set()
-    for record in recording.records():
+def _copy(recording, bag):
+    """Copy all there is, one file into one where the new log is a directory too."""
+    channels, count, seen = {}, 0, {'rosbag2', PART}  # of which each file gets its own
+    for record in recording.records(bag.split):
         if isinstance(record, Message):
             source = record.channel
             key = source.topic, source.schema
             if key not in channels:
-                channels[key] = file.channel(
+                channels[key] = bag.channel(
                     source.topic, source.schema, source.schema_text, source.metadata,
-                    encodings=(source.encoding, source.schema_encoding))
-            file.add(channels[key], record.log_time, record.publish_time, record.data)
-            file.keep()
+                    (source.encoding, source.schema_encoding))
+            bag.add(channels[key], record.log_time, record.publish_time, record.data)
+            bag.keep()
             count += 1
-        elif record.name not in seen and record.name != 'rosbag2':  # file.finish writes a new one
+        elif record.name not in seen:
             seen.add(record.name)
             if isinstance(record, Attachment):
-                file.add_attachment(record.name, record.media_type, record.data)
+                bag.add_attachment(record.name, record.media_type, record.data)
             else:
-                file.add_metadata(record.name, record.entries)
+                bag.add_metadata(record.name, record.entries)
     return count
 
 

@@ -178,3 +178,5 @@ class Log(_Section):
 
     path: str = text('', 'directory of the log, or a file when it ends in .mcap; empty: no log')
     compression: str = choice('zstd', ('zstd', 'lz4', 'none'), 'of the log')
+    max_size: float = number(
+        0.0, 'MB', 0.0, 1e9, 'of a file of the log, before the next is begun; 0: one file')

@@ -28,7 +28,7 @@ def verify(path, simulation_of=None):
     of the largest that its vector has had. `simulation_of`: Scene -> Simulation.
     Raises SceneError when the log holds no usable scene.
     """
-    recording = Recording(path)
+    recording = Recording(path).from_start()
     elsewhere = differences(recording.machine, provenance())
     scene = recording.scene
     if simulation_of is None:

@@ -1,5 +1,6 @@
 """What is on disk, by the readers that others use; and what is left after things went wrong."""
 from collections import Counter
+import errno
 import json
 import os
 from pathlib import Path
@@ -10,7 +11,7 @@ import sys
 import threading
 import time
 
-from bristle_ros import log as log_module, mcap_file, messages
+from bristle_ros import log as log_module, mcap_file, mcap_output, messages
 from bristle_ros.driver import Event
 from bristle_ros.log import Log
 from bristle_ros.machine import provenance
@@ -18,9 +19,10 @@ from bristle_ros.recording import Recording
 from bristle_ros.recover import recover
 from bristle_ros.scene import from_parameters, load, SceneError
 from examples import chunk_of, ITS, SCENE, SNAPSHOT
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, Phase, settings, strategies as st
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosReliability
@@ -119,7 +121,8 @@ def test_layout_is_that_of_rosbag2(tmp_path):
         assert reader.get_header().profile == 'ros2'
         records = [(one.name, one.metadata) for one in reader.iter_metadata()]
         assert [name for name, _ in records] == [
-            'rosbag2', 'bristle_ros.scene', 'bristle_ros.machine', 'bristle_ros.run', 'rosbag2']
+            'rosbag2', 'bristle_ros.part', 'bristle_ros.scene', 'bristle_ros.machine',
+            'bristle_ros.run', 'rosbag2']
         assert yaml.safe_load(records[-1][1]['serialized_metadata']) == information
         assert dict(records)['bristle_ros.machine'] == provenance()
         summary = reader.get_summary()
@@ -266,9 +269,13 @@ def test_a_full_disk_ends_the_log_and_nothing_else(tmp_path, name):
     recording = Recording(tmp_path / name)
     entries = list(recording.entries())
     assert not recording.damage
+    assert not recording.cut
     steps = [entry.step for entry in entries if entry.name == 'joint_states']
     assert len(steps) > 100
     assert steps == list(range(10, steps[-1] + 10, 10))
+    assert mcap_of(tmp_path / name).stat().st_size <= 300_000
+    for reader in READERS:
+        assert sum(reader(tmp_path / name).values()) == len(entries), reader.__name__
     if name == 'run':
         information = yaml.safe_load((tmp_path / name / 'metadata.yaml').read_text())
         assert information['rosbag2_bagfile_information']['message_count'] == len(entries)
@@ -276,12 +283,67 @@ def test_a_full_disk_ends_the_log_and_nothing_else(tmp_path, name):
     assert sum(read_with_mcap(tmp_path / 'new.mcap').values()) == len(entries)
 
 
+@given(limit=st.integers(60_000, 600_000), size=st.integers(0, 2_000),
+       compression=st.sampled_from(['zstd', 'none']), seed=st.integers(0, 9))
+@settings(max_examples=12, deadline=None, phases=[Phase.explicit, Phase.generate])
+def test_wherever_the_disk_is_full_the_log_is_complete(tmp_path_factory, limit, size, compression,
+                                                       seed):
+    path = tmp_path_factory.mktemp('full') / 'run'
+    noise = np.random.default_rng(seed)
+    asked = []
+
+    def allocate(fd, offset, length):
+        asked.append(offset + length)
+        return 0 if offset + length <= limit else errno.ENOSPC
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mcap_output, '_allocate', allocate)
+        log = Log(path, SCENE, compression=compression)
+        for number in range(200):
+            text = noise.bytes(size).hex()
+            log.event(number, 'load', text=text)
+            log.write(chunk_of([number + 1]))
+        log.close()
+    entries = list(Recording(path).entries())
+    assert mcap_of(path).stat().st_size <= limit
+    assert (log.failed is not None) == (len(entries) < 1 + 200 * (1 + len(messages.TOPICS)))
+    assert sum(read_with_rosbags(path).values()) == len(entries)
+    assert asked
+
+
+def test_where_no_room_can_be_kept_the_log_is_cut_at_what_is_whole(tmp_path, monkeypatch):
+    write, left = os.write, [200_000]
+
+    def write_some(fd, data):
+        taken = min(len(data), left[0])
+        left[0] -= taken
+        if not taken:
+            raise OSError(errno.ENOSPC, 'No space left on device')
+        return write(fd, data[:taken])
+
+    monkeypatch.setattr(mcap_output, '_allocate', lambda *_: errno.EOPNOTSUPP)
+    log = Log(tmp_path / 'run', SCENE, compression='none')
+    monkeypatch.setattr(mcap_output.os, 'write', write_some)
+    for number in range(1000):
+        log.write(chunk_of([number + 1]))
+    log.close()
+    monkeypatch.undo()
+    assert 'no space left on device' in log.failed
+    recording = Recording(tmp_path / 'run')
+    entries = list(recording.entries())
+    assert len(entries) > 500
+    assert recording.cut
+    assert not recording.damage
+    assert recover(tmp_path / 'run').messages == len(entries)
+    assert sum(read_with_rosbags(tmp_path / 'run_recovered').values()) == len(entries)
+
+
 def test_a_disk_too_full_to_begin_leaves_nothing(tmp_path, monkeypatch):
     def refuse(fd, data):
         raise OSError(28, 'No space left on device')
     for name in ('run', 'run.mcap'):
         with monkeypatch.context() as patch:
-            patch.setattr(mcap_file.os, 'write', refuse)
+            patch.setattr(mcap_output.os, 'write', refuse)
             with pytest.raises(SceneError, match='no space left on device'):
                 Log(tmp_path / name, SCENE)
         assert os.listdir(tmp_path) == []
@@ -306,7 +368,7 @@ class Gate:
         self.open = threading.Event()
         write = os.write
         monkeypatch.setattr(
-            mcap_file.os, 'write', lambda fd, data: self.open.wait() and write(fd, data))
+            mcap_output.os, 'write', lambda fd, data: self.open.wait() and write(fd, data))
 
 
 def test_a_full_queue_makes_the_caller_wait_and_loses_nothing(tmp_path, monkeypatch):
