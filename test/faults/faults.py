@@ -1,5 +1,5 @@
 """
-What is done to a node. Each takes (place, rng, long), keeps its files in `place` and returns figures.
+What is done to a node. Each takes (place, rng, long), keeps its files in `place`, returns figures.
 
 A promise that does not hold raises BrokenPromiseError. `rng` chooses every moment.
 """

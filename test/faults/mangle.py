@@ -11,7 +11,7 @@ WORDS = (b'\xff', b'\0', b': ', b'- ', b'1e999', b'.nan', b'{', b'&a ', b'*a', b
 
 
 def damaged(content, rng, text=False):
-    """Return bytes with a few places changed, cut out, doubled, or filled; with letters, if text."""
+    """Return bytes with a few places changed, cut out, doubled or filled; if text, by letters."""
     content = bytearray(content)
     for _ in range(rng.randint(1, 2 if text else 4)):
         at = rng.randrange(len(content) or 1)
