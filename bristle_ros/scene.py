@@ -69,8 +69,8 @@ def _check_combinations(scene):
     if scene.run.frame_prefix.startswith('/'):
         raise SceneError('tf2 knows no frames that begin with /: leave it out',
                          key='run.frame_prefix', value=scene.run.frame_prefix)
-    if 0.0 < scene.log.max_size < 1.0:
-        raise SceneError('too small to split a log by: 1.0 or more, or 0 for one file',
+    if 0.0 < scene.log.max_size < 0.1:
+        raise SceneError('too small to split a log by: give 0.1 or more, or 0 for one file',
                          key='log.max_size', value=scene.log.max_size)
     if scene.log.max_size > 0.0 and scene.log.path.endswith('.mcap'):
         raise SceneError('needs a directory, which log.path is when it does not end in .mcap',

@@ -207,7 +207,7 @@ def test_no_room_for_another_file_ends_the_log(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(('given', 'text'), [
-    ({'log.max_size': 0.5}, 'too small'), ({'log.max_size': -1.0}, 'log.max_size'),
+    ({'log.max_size': 0.05}, 'too small'), ({'log.max_size': -1.0}, 'log.max_size'),
     ({'log.max_size': 5.0, 'log.path': 'a.mcap'}, 'needs a directory')])
 def test_a_size_that_can_do_nothing_is_refused(given, text):
     with pytest.raises(SceneError, match=text):

@@ -20,7 +20,7 @@ REACHED = 0.5   # of real time at least, on a machine that has other things to d
 
 def kill(place, rng, long):
     """SIGKILL at a random moment, half the logs split; then read, recover, verify."""
-    sizes = ('log.max_size:=1.0', 'log.compression:=none') if rng.random() < 0.5 else ()
+    sizes = ('log.max_size:=0.2', 'log.compression:=none') if rng.random() < 0.5 else ()
     delay = rng.uniform(0.0, 4.0 if long else 1.0)
     with Brush(place, *sizes) as brush:
         brush.ready().run(delay)
