@@ -13,7 +13,7 @@ import sys
 import time
 
 from bristle_ros.recording import Recording
-from promises import Brush, count_of, killed, peer, Process, promise, ROOT, SCENE, whole
+from promises import Brush, count_of, killed, peer, Process, promise, SCENE, whole
 
 ON = 400        # [steps] that a brush which goes on is waited for: a busy machine may be slow
 
@@ -218,38 +218,53 @@ def wall_clock(place, rng, long):
 
 
 def network(place, rng, long):
-    """The network is cut and joined again: the brush keeps its pace, the subscriber gets on."""
+    """The wire between two hosts is cut and joined: the brush goes on, the subscriber gets on."""
     if subprocess.run(['unshare', '-n', 'true'], capture_output=True).returncode:
         return {'by': 'not done: network namespaces are not permitted'}
     # Shared memory would carry messages past the cut.
-    environment = {**os.environ, 'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
-    with Process(['unshare', '-n', 'sleep', '600'], place / 'space.txt') as space:
-        inside = ['nsenter', '-n', '-t', space.pid]
-        # Only when it has left ours: no other link than its own may be cut.
-        space.until(lambda: network_of(space.pid) != network_of('self'), 'it had a network')
-
-        def link(state):
-            subprocess.run(list(map(str, [*inside, 'ip', 'link', 'set', 'lo', state])), check=True)
-
-        link('up')
-        with Brush(place, prefix=inside, env=environment) as brush, Process(
-                [*inside, sys.executable, ROOT / 'test/faults/peer.py', 'listen'],
-                place / 'listen.txt', env=environment) as listener:
-            brush.ready()
-            listener.until(lambda: count_of(listener) > 100, 'messages came')
-            link('down')
-            time.sleep(0.5)
-            cut = count_of(listener)
-            brush.run(8.0 if long else 2.0)
-            during = count_of(listener) - cut
-            link('up')
-            joined, start = count_of(listener), time.monotonic()
-            listener.until(lambda: count_of(listener) > joined + 100, 'messages came again')
-            took = time.monotonic() - start
-            brush.stop()
+    environment = {**os.environ, 'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4',
+                   'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
+    with contextlib.ExitStack() as stack:
+        here, there = (stack.enter_context(host(place, name)) for name in ('here', 'there'))
+        here('ip', 'link', 'add', 'wire', 'type', 'veth', 'peer', 'name', 'wire', 'netns',
+             there.pid)
+        for number, one in ((1, here), (2, there)):
+            one('ip', 'address', 'add', f'10.77.0.{number}/24', 'dev', 'wire')
+            one('ip', 'link', 'set', 'lo', 'up')
+            one('ip', 'link', 'set', 'wire', 'up')
+        brush = stack.enter_context(Brush(place, prefix=here.inside, env=environment)).ready()
+        listener = stack.enter_context(
+            peer(place, 'listen', prefix=there.inside, env=environment))
+        listener.until(lambda: count_of(listener) > 100, 'messages came')
+        here('ip', 'link', 'set', 'wire', 'down')
+        time.sleep(1.0)
+        cut = count_of(listener)
+        brush.run(8.0 if long else 2.0)
+        goes_on(brush)
+        during = count_of(listener) - cut
+        here('ip', 'link', 'set', 'wire', 'up')
+        joined, start = count_of(listener), time.monotonic()
+        listener.until(lambda: count_of(listener) > joined + 100, 'messages came again')
+        took = time.monotonic() - start
+        brush.stop()
     promise(during == 0, f'{during} messages came through the cut: nothing was tried')
     return {'messages': len(whole(brush.log)), 'joined after [s]': took,
-            'by': 'network namespace, UDP only'}
+            'by': 'two network namespaces, UDP'}
+
+
+@contextlib.contextmanager
+def host(place, name):
+    """Yield what runs a command in a network namespace of its own, beginning with no link."""
+    with Process(['unshare', '-n', 'sleep', '600'], place / f'{name}.txt') as space:
+        # Only when it has left ours: no other link than its own may be touched.
+        space.until(lambda: network_of(space.pid) != network_of('self'), 'it had a network')
+        inside = ['nsenter', '-n', '-t', str(space.pid)]
+
+        def run(*command):
+            subprocess.run([*inside, *map(str, command)], check=True)
+
+        run.inside, run.pid = inside, space.pid
+        yield run
 
 
 def network_of(pid):

@@ -129,9 +129,9 @@ class Brush(Process):
         return self.ended(code)
 
 
-def peer(place, what, **options):
+def peer(place, what, prefix=(), **options):
     """Start another ROS node."""
-    return Process([sys.executable, PEER, what], place / f'{what}.txt', **options)
+    return Process([*prefix, sys.executable, PEER, what], place / f'{what}.txt', **options)
 
 
 def count_of(process):
