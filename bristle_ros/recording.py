@@ -75,8 +75,9 @@ class Recording:
     def from_start(self):
         """Raise SceneError unless it begins where its run did; returns itself."""
         if self.part:
-            raise SceneError(f'part {self.part} of a log, '
-                             'without what came before it; name the directory of all parts', source=str(self.path))
+            raise SceneError(
+                f'part {self.part} of a log, without what came before it; name the directory of all '
+                'parts', source=str(self.path))
         return self
 
     def records(self, between=None) -> Iterator[Message | Metadata | Attachment]:

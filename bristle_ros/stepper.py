@@ -67,7 +67,7 @@ class Stepper:
             _copy(self._saved, self._state)
 
     def _run(self, steps):
-        """Make the steps from the state's own on; None, or (step, status, bristle) of a failure."""
+        """Make the steps from now on; None, or (step, status, bristle) of a failure."""
         fill_frames(self.model, self._laws[0], self._state, self._scratch[0], steps, self._table)
         if self.threads > 1 and self._pool is None:
             self._pool = ThreadPoolExecutor(self.threads - 1, 'stepper')

@@ -77,7 +77,7 @@ def _invert_lanes(a, at):
 
 @jit
 def _times(a, x, row_x, col_x, b, y, row_y, col_y, row):
-    """Return row `row` of the product of four 6 x 6 matrices, at a[x:] and b[y:], strides given."""
+    """Return a row of the product of four 6 x 6 matrices, at a[x:] and b[y:], strides given."""
     at = x + row * row_x
     x0, x1, x2 = load4(a, at), load4(a, at + col_x), load4(a, at + 2 * col_x)
     x3, x4, x5 = (load4(a, at + 3 * col_x), load4(a, at + 4 * col_x), load4(a, at + 5 * col_x))

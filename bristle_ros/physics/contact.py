@@ -1,8 +1,8 @@
 """
 The contact problem of a step with certainty: brackets around brackets, where Newton has to pass.
 
-What `contact_newton.py` finds in two or three iterations in nearly every step is tried first. Where
-that fails, the friction force's bound and the normal force are each bracketed.
+What `contact_newton.py` finds in two or three iterations in nearly every step is tried first.
+Where that fails, the friction force's bound and the normal force are each bracketed.
 """
 from math import sqrt
 

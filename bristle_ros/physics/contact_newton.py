@@ -1,7 +1,7 @@
 """
 The contact problem of a step by Newton's method, from the last known force.
 
-Unknown is the force f on the tip, with slip s = b_t + W_t f over the step and gap g1 = b_n + W_n f:
+Unknown is the tip's force f, with slip s = b_t + W_t f over the step and gap g1 = b_n + W_n f:
 
     stick   s = 0,  |f_t| <= mu_s f_n;            f_n = F(g1)
     slip    f_t |s| + mu(|s| / h) f_n s = 0;      f_n = F(g1)

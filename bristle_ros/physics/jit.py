@@ -33,4 +33,19 @@ numba.config.CACHE_DIR = str(_cache_directory())
 
 # 'contract' fuses multiply-add, 'nsz' and 'arcp' free the vectoriser; NaN and inf stay honest.
 # error_model: the division check of Python is a branch, and a branch stops the vectoriser.
-jit = numba.njit(cache=True, nogil=True, error_model='numpy', fastmath={'contract', 'nsz', 'arcp'})
+_compiled = numba.njit(cache=True, nogil=True, error_model='numpy',
+                       fastmath={'contract', 'nsz', 'arcp'})
+
+
+def jit(function):
+    """Compile a kernel; once for all values of its integer arguments, not for each constant."""
+    dispatcher = _compiled(function)
+    if numba.config.DISABLE_JIT:
+        return dispatcher
+    resolve = dispatcher.get_call_template
+
+    def get_call_template(args, kws):
+        return resolve(tuple(map(numba.types.unliteral, args)), kws)
+
+    dispatcher.get_call_template = get_call_template
+    return dispatcher

@@ -1,9 +1,9 @@
 """
 Vectors of four or eight lanes as values in kernels: `load4(a, i)` is a[i:i + 4] in registers.
 
-A value supports + - * / with its like and with numbers. LLVM finds vectors by itself only where it
-can prove that rows don't overlap, which takes offsets it knows while compiling; with these a kernel
-may loop over rows. Flags as in jit.py. There is no test for the index: as elsewhere in kernels.
+A value supports + - * / with its like and with numbers. LLVM finds vectors by itself only where
+it can prove that rows don't overlap, which takes offsets it knows while compiling; with these a
+kernel may loop over rows. Flags as in jit.py. No index is tested, as elsewhere in kernels.
 """
 import operator
 
