@@ -76,8 +76,8 @@ class Recording:
         """Raise SceneError unless it begins where its run did; returns itself."""
         if self.part:
             raise SceneError(
-                f'part {self.part} of a log, without what came before it; name the directory of all '
-                'parts', source=str(self.path))
+                f'part {self.part} of a log, without what came before it; name the directory '
+                'of all parts', source=str(self.path))
         return self
 
     def records(self, between=None) -> Iterator[Message | Metadata | Attachment]:
