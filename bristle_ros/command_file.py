@@ -93,7 +93,7 @@ def _read_log(path, its):
     for step, topic, values in commands:
         # A log made with another step length keeps its times instead of its steps.
         step = step if log_its == its else step_at(step * log_its, its)
-        kind = 'reset' if topic == 'reset' else 'command'
+        kind = topic if topic in ('reset', 'load') else 'command'
         found.append((f'{path}, step {step}',
-                      Event(step, kind, '' if kind == 'reset' else topic, values)))
+                      Event(step, kind, topic if kind == 'command' else '', values)))
     return found

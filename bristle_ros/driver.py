@@ -4,6 +4,7 @@ import threading
 import time
 from typing import NamedTuple
 
+from bristle_ros.budget import LoadBudget
 from bristle_ros.pace import check_factor, FollowedPace, OwnPace, Rate
 from bristle_ros.simulation import CommandRefused, StepFailure
 
@@ -12,7 +13,7 @@ class Event(NamedTuple):
     """What changed the course of the run, with the step at whose start it took effect."""
 
     step: int               # total steps before it
-    kind: str               # 'command', 'timeout' or 'reset'
+    kind: str               # 'command', 'timeout', 'reset' or 'load': an error tolerance
     topic: str = ''         # of a command or timeout: 'cmd_vel', 'cmd_brush_speed', ...
     values: tuple = ()      # what was applied, SI
 
@@ -64,6 +65,9 @@ class Driver:
         self._timed_out = False
         self._paused = False
         self._single = False
+        self.budget = None
+        if paced and run.max_load > 0.0:
+            self.budget = LoadBudget(run.max_load, simulation.scene.solver.error_tolerance)
         self._marks = Rate()            # of total steps, at chunk ends
         self.pace = (                   # others read it, and change nothing
             FollowedPace(clock, self.its, self.chunk) if follow else
@@ -75,6 +79,8 @@ class Driver:
         self.pace.start(self._total)
         self._last_velocity = self._clock()     # [ns] when cmd_vel was last heard
         self._marks.clear()
+        if self.budget:
+            self.budget.forget()
 
     def follow(self, time):
         """
@@ -173,7 +179,7 @@ class Driver:
             if event.step < self._total:
                 raise ValueError(f'{event.topic or event.kind} at step {event.step}: the run is '
                                  f'already at step {self._total}')
-            if event.kind != 'reset':
+            if event.topic:
                 self.simulation.check_command(event.topic, event.values)
         with self._lock:
             self._schedule = deque(sorted([*self._schedule, *events],
@@ -253,6 +259,11 @@ class Driver:
         if self._timeout and not self._timed_out and silent > self._timeout:
             self._apply(Event(start, 'timeout', 'cmd_vel', (0.0, 0.0, 0.0)), events)
             self._timed_out = True
+        # As fast as it goes, stepping takes all there is whatever it is given.
+        if self.budget and self.real_time_factor > 0.0:
+            tolerance = self.budget.decide(self._clock(), self.stepping)
+            if tolerance is not None:
+                self._apply(Event(start, 'load', '', (tolerance,)), events)
         return events
 
     def _apply(self, event, events):
@@ -261,6 +272,8 @@ class Driver:
             self._base = self._total - self.simulation.step
             self.resets += 1
             self._last_velocity, self._timed_out = self._clock(), False
+        elif event.kind == 'load':
+            self.simulation.set_error_tolerance(*event.values)
         else:
             try:
                 self.simulation.command(event.topic, event.values)

@@ -183,6 +183,8 @@ class Log:
             self._store_message(step, topic, type_name, payload, wall)
         if kind != 'command':
             details = {'topic': topic} if topic else {}
+            if kind == 'load':
+                details['error_tolerance'] = values[0]
             self._store_message(step, messages.EVENTS, messages.STRING,
                                 messages.encode_event(kind, step, **details), wall)
 

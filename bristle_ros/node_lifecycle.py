@@ -273,6 +273,7 @@ class BrushNode(LifecycleNode):
             'log backlog': log.backlog if log else 0,
             'refused commands': driver.refused,
             'simulation time [s]': f'{driver.total_step * driver.its:.6f}',
+            **(driver.budget.values() if driver.budget else {}),
             **(self._follower.values() if self._follower else {})}
         # With its namespace: all brushes of a graph share /diagnostics.
         name = self.get_fully_qualified_name().lstrip('/')

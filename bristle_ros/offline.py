@@ -52,7 +52,7 @@ class _Run:
         self.simulation = Simulation(self.scene, energies=energies)
         for place, event in events:
             try:
-                if event.kind != 'reset':
+                if event.topic:
                     self.simulation.check_command(event.topic, event.values)
             except CommandRefused as refused:
                 raise SceneError(str(refused), source=place) from None

@@ -156,7 +156,8 @@ def read_commands(path):
     """
     Return the integration time step of a log, and its commands as (step, topic, values).
 
-    A reset has the topic 'reset'; timeouts are the commands they gave.
+    A reset has the topic 'reset', a load decision 'load' and the error tolerance; timeouts are the
+    commands they gave.
     """
     recording = Recording(path).from_start()
     found = []
@@ -171,7 +172,17 @@ def read_commands(path):
             found.append((entry.step, entry.name, values))
         elif entry.name == messages.EVENTS and is_event(entry, 'reset'):
             found.append((entry.step, 'reset', ()))
+        elif entry.name == messages.EVENTS and is_event(entry, 'load'):
+            found.append((entry.step, 'load', (load_tolerance(entry),)))
     return recording.integration_time_step, found
+
+
+def load_tolerance(entry):
+    """Return the error tolerance of an event 'load'; ValueError where it has none."""
+    tolerance = messages.decode_event(entry.message.data).get('error_tolerance')
+    if not isinstance(tolerance, float) or not 0.0 < tolerance < 1.0:
+        raise ValueError(f'{tolerance!r} is no error tolerance')
+    return tolerance
 
 
 def is_event(entry, kind):

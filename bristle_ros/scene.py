@@ -75,6 +75,9 @@ def _check_combinations(scene):
     if scene.log.max_size > 0.0 and scene.log.path.endswith('.mcap'):
         raise SceneError('needs a directory, which log.path is when it does not end in .mcap',
                          key='log.max_size', value=scene.log.max_size)
+    if scene.run.max_load > 0.0 and scene.solver.step != 'adaptive':
+        raise SceneError('fixed steps have no budget: give solver.step: adaptive',
+                         key='run.max_load', value=scene.run.max_load)
     if scene.solver.time_step > 0.0:
         steps(scene, scene.solver.time_step, 'solver.time_step')
     steps(scene, scene.run.chunk, 'run.chunk')

@@ -149,6 +149,12 @@ class Simulation:
         for array, start in zip(self.state, self._start):
             array[:] = start
 
+    def set_error_tolerance(self, tolerance):
+        """Let adaptive steps have this local error, relative to the length; resets keep it."""
+        if self.scene.solver.step == 'adaptive':
+            self.model = self.model._replace(
+                local_error=tolerance * self.scene.bristle.length)
+
     def check_command(self, topic, values):
         """Raise CommandRefused where `command` would; change nothing."""
         self._limits(topic, values)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from . import messages
 from .machine import differences, provenance
-from .recording import is_event, Recording
+from .recording import is_event, load_tolerance, Recording
 
 TOLERANCE = 1e-9        # relative, where other instructions may have been used
 
@@ -14,7 +14,7 @@ class Verdict(NamedTuple):
 
     difference: str     # the first one, '' when there is none
     compared: int       # messages
-    applied: int        # commands and resets
+    applied: int        # commands, resets and load decisions
     end: float          # [s] of simulation compared
     elsewhere: list     # how this machine differs from the log's, one text each
     cut: str            # where the log was cut off, ''
@@ -81,6 +81,8 @@ class _Again:
                 return self._goto(entry.step) or self._command(entry)
             if entry.name == messages.EVENTS and is_event(entry, 'reset'):
                 return self._goto(entry.step) or self._reset(entry)
+            if entry.name == messages.EVENTS and is_event(entry, 'load'):
+                return self._goto(entry.step) or self._budget(entry)
             if entry.name == messages.EVENTS and is_event(entry, 'failure'):
                 return self._goto(entry.step) or self._fail(entry)
         except StepFailure as error:
@@ -113,6 +115,11 @@ class _Again:
         self._simulation.reset()
         self._base = entry.step - self._simulation.step
         self._snapshot = None
+        self.applied += 1
+        return ''
+
+    def _budget(self, entry):
+        self._simulation.set_error_tolerance(load_tolerance(entry))
         self.applied += 1
         return ''
 

@@ -17,7 +17,7 @@ LAYERS = [
      'machine'],
     ['model*', 'cli'],
     ['stepper', 'simulation*'],
-    ['pace'],
+    ['budget', 'pace'],
     ['driver'],
     ['message_types', 'messages*'],
     ['bag_metadata', 'command_file', 'log', 'mcap_*', 'recording', 'recover', 'replay', 'verify',

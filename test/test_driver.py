@@ -29,7 +29,7 @@ class Counting:
 
     def __init__(self, clock, *, chunk=5e-3, factor=1.0, timeout=0.0, cost=0, fail_at=None):
         self.scene = SimpleNamespace(run=SimpleNamespace(
-            chunk=chunk, real_time_factor=factor, command_timeout=timeout))
+            chunk=chunk, real_time_factor=factor, command_timeout=timeout, max_load=0.0))
         self.its, self.step = 1e-4, 0
         self.calls, self._clock, self.cost, self.fail_at = [], clock, cost, fail_at
 
