@@ -128,11 +128,13 @@ def _checked(law, w, base, force, state):
 
 
 @jit
-def solve_contact(law, h, w, gap0, base, force):
+def solve_contact(law, h, w, gap0, base, state, force):
     """
     Solve the one-point contact problem of a step: fill `force` [N] (3,), return its state.
 
-    On entry `force` is what to start from: that of the last iteration or step.
+    On entry `state` and `force` are what to start from: those of the last iteration or step. Of
+    several solutions (friction can jam a steep tip) the one that continues them is found, or the
+    one with the smallest force.
 
     The state is OPEN, SLIP, STICK, or UNSOLVED where no force satisfies the laws.
 
@@ -145,13 +147,13 @@ def solve_contact(law, h, w, gap0, base, force):
     # what the mismatch may be per unit of force: N, or m of gap
     enough = 1e-13 if law.stiffness > 0.0 else 1e-15 * w[2, 2]
     guess = force[2]
-    state = UNSOLVED
     if base[2] < 0.0 and guess > 0.0 and law.static > 0.0:
-        state = stick(law, h, w, gap0, base, force)
-        if state == UNSOLVED:
+        if state == STICK:
+            state = stick(law, h, w, gap0, base, force)
+        else:
             state = slip_by_newton(law, h, w, gap0, base, force)
-    if state != UNSOLVED:
-        return state
+        if state != UNSOLVED:
+            return state
     force[0] = 0.0
     force[1] = 0.0
     force[2] = 0.0

@@ -6,7 +6,8 @@ Unknown is the tip's force f, with slip s = b_t + W_t f over the step and gap g1
     stick   s = 0,  |f_t| <= mu_s f_n;            f_n = F(g1)
     slip    f_t |s| + mu(|s| / h) f_n s = 0;      f_n = F(g1)
 
-with F the normal law (rigid: g1 = 0). Stick is taken wherever it is admissible.
+with F the normal law (rigid: g1 = 0). Where the tip could stick at the normal force of a slip
+solution, that is none: stick is taken wherever it is admissible.
 """
 from math import sqrt
 
@@ -49,6 +50,17 @@ def stick(law, h, w, gap0, base, force):
         return UNSOLVED
     force[0], force[1], force[2] = f1, f2, normal
     return STICK
+
+
+@jit
+def _could_stick(law, w, base, normal):
+    """Whether friction could hold the tip in place at this normal force."""
+    s1 = base[0] + w[0, 2] * normal
+    s2 = base[1] + w[1, 2] * normal
+    inverse = 1.0 / (w[0, 0] * w[1, 1] - w[0, 1] * w[1, 0])
+    f1 = (s2 * w[0, 1] - s1 * w[1, 1]) * inverse
+    f2 = (s1 * w[1, 0] - s2 * w[0, 0]) * inverse
+    return f1 * f1 + f2 * f2 <= (law.static * normal) ** 2
 
 
 @jit
@@ -105,7 +117,7 @@ def slip_by_newton(law, h, w, gap0, base, force):
             return UNSOLVED
         if abs(d1) + abs(d2) + abs(d3) <= EXACT * f3:
             # a root of the equation, but r = 0 holds for slip along the friction as well
-            if f1 * s1 + f2 * s2 > 0.0:
+            if f1 * s1 + f2 * s2 > 0.0 or _could_stick(law, w, base, f3):
                 return UNSOLVED
             # on the cone to the last bit, where rounding left it a little outside
             bound = mu * f3

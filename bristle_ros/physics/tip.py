@@ -130,7 +130,7 @@ def contact_correction(s, j, lane, chain, e, law, h, ca, drift, gain, start, mid
     base[2] = gap1 - (w[2, 0] * g1 + w[2, 1] * g2 + w[2, 2] * g3)
     force = scratch[4]
     force[0], force[1], force[2] = g1, g2, g3
-    state = solve_contact(law, h, w, gap0, base, force)
+    state = solve_contact(law, h, w, gap0, base, tip[STATE], force)
     if state == UNSOLVED:
         return False
     tip[STATE] = state

@@ -51,9 +51,9 @@ GUESSES = st.one_of(st.just(0.0), logarithmic(1e-6, 1e3))
 
 
 class Solution:
-    def __init__(self, law, h, w, gap0, base, guess=0.0):
+    def __init__(self, law, h, w, gap0, base, guess=0.0, state=SLIP):
         self.force = np.array([0.1 * guess, -0.2 * guess, guess])
-        self.state = solve_contact(law, h, w, gap0, base, self.force)
+        self.state = solve_contact(law, h, w, gap0, base, state, self.force)
         assert self.state in (OPEN, SLIP, STICK)
         self.moved = base + w @ self.force      # slip, slip, gap at the end
         self.normal = self.force[2]
@@ -174,3 +174,18 @@ def test_work_of_the_undamped_spring_is_what_it_stores(gap0, gap1):
     work = normal_force(law, 1e-4, gap0, gap1) * (gap0 - gap1)
     assert work == pytest.approx(spring_energy(1e5, gap1) - spring_energy(1e5, gap0), rel=1e-12)
     assert normal_force(law, 1e-4, -2e-6, -2e-6) == pytest.approx(0.2, rel=1e-14)
+
+
+def test_of_two_solutions_the_one_that_goes_on_is_found():
+    # Friction jams a steep tip: sticking wants a force five times that of slipping, both obey the
+    # laws. A tip that slips goes on slipping, one that sticks sticks.
+    law = ContactLaw(0.0, 0.0, 0.7, 0.27, 50.0)
+    w = np.array([[1e-4, 0.0, 5e-5], [0.0, 1e-4, 0.0], [5e-5, 0.0, 4e-5]])
+    base = np.array([1e-4, 0.0, -3e-5])
+    slipping = Solution(law, 1e-4, w, 0.0, base, 1.0, SLIP)
+    sticking = Solution(law, 1e-4, w, 0.0, base, 1.0, STICK)
+    assert (slipping.state, sticking.state) == (SLIP, STICK)
+    assert slipping.normal == pytest.approx(3e-5 / (4e-5 - 0.27 * 5e-5), rel=1e-6)
+    assert sticking.normal == pytest.approx(8e-5 / 1.5e-5, rel=1e-6)
+    fresh = Solution(law, 1e-4, w, 0.0, base)
+    assert fresh.normal == pytest.approx(slipping.normal, rel=1e-6)

@@ -38,7 +38,7 @@ def results():
             m = rng.normal(size=(3, 3))
             force = np.zeros(3)
             state = solve_contact(law, 1e-4, 1e-5 * (m @ m.T + 0.1 * np.eye(3)), 1e-6,
-                                  1e-5 * rng.normal(size=3), force)
+                                  1e-5 * rng.normal(size=3), 1.0, force)
             forces.append([*force, state])
     found['contact'] = np.array(forces)
     found['profiles'] = np.array([profile_at(t, kind, 0.5, 9.0, 0.08)
