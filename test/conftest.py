@@ -55,3 +55,11 @@ def user(environment):
     made = nodes.User()
     yield made
     made.leave()
+
+
+@pytest.fixture
+def scene(request, tmp_path):
+    """Return a scene file of the module's SCENE."""
+    path = tmp_path / 'scene.yaml'
+    path.write_text(request.module.SCENE)
+    return path

@@ -25,21 +25,7 @@ from std_msgs.msg import Float64, UInt8MultiArray
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
-SCENE = """
-/**:
-  ros__parameters:
-    brush: {bristle_count: 2}
-    drive: {profile: constant, mean_speed: 5.0}
-    solver: {elements: 3, integration_time_step: 5.0e-4}
-    run: {chunk: 0.005, sample: 0.001}
-"""
-
-
-@pytest.fixture
-def scene(tmp_path):
-    path = tmp_path / 'scene.yaml'
-    path.write_text(SCENE)
-    return path
+SCENE = (ROOT / 'test/small_brush.yaml').read_text()
 
 
 def samples(log, topic):

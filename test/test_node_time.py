@@ -27,13 +27,6 @@ SCENE = """
 """
 
 
-@pytest.fixture
-def scene(tmp_path):
-    path = tmp_path / 'scene.yaml'
-    path.write_text(SCENE)
-    return path
-
-
 class OutsideClock:
     """A /clock in a process of its own, turned from here."""
 

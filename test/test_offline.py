@@ -14,27 +14,13 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-SCENE = """
-/**:
-  ros__parameters:
-    brush: {bristle_count: 2}
-    drive: {profile: constant, mean_speed: 5.0}
-    solver: {elements: 3, integration_time_step: 5.0e-4}
-    run: {chunk: 0.005, sample: 0.001}
-"""
+SCENE = (ROOT / 'test/small_brush.yaml').read_text()
 ITS = 5e-4
 COMMANDS = '0.011,cmd_brush_speed,7\n0.013,cmd_vel,0.4,0,0\n0.016,cmd_penetration,0.004\n'
 # Ten metres of foil as soft as jelly at 3000 rpm: no sub-step is short enough.
 HOPELESS = {'bristle.youngs_modulus': 1e3, 'bristle.length': 10.0, 'bristle.width': 1e-6,
             'bristle.density': 1e5, 'brush.mount_radius': 1.0, 'drive.mean_speed': 320.0,
             'solver.integration_time_step': 5e-3, 'run.sample': 5e-3}
-
-
-@pytest.fixture
-def scene(tmp_path):
-    path = tmp_path / 'scene.yaml'
-    path.write_text(SCENE)
-    return path
 
 
 @pytest.fixture

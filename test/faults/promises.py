@@ -20,14 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PEER = Path(__file__).with_name('peer.py')
 LIMIT = 120.0   # [s] before a wait is a hang: compiling on a busy machine is slow
 ENDING = 20.0   # [s] that an end may take: 5 s are promised on a machine that is free
-SCENE = """
-/**:
-  ros__parameters:
-    brush: {bristle_count: 2}
-    drive: {profile: constant, mean_speed: 5.0}
-    solver: {elements: 3, integration_time_step: 5.0e-4}
-    run: {chunk: 0.005, sample: 0.001}
-"""
+SCENE = (ROOT / 'test/small_brush.yaml').read_text()
 
 
 class BrokenPromiseError(AssertionError):
