@@ -6,7 +6,8 @@ Where that fails, the friction force's bound and the normal force are each brack
 """
 from math import sqrt
 
-from .contact_law import (friction_coefficient, normal_force, OPEN, SLIP, STICK, UNSOLVED)
+from .contact_law import (friction_coefficient, holding_force, normal_force, OPEN, SLIP, STICK,
+                          UNSOLVED)
 from .contact_newton import slip_by_newton, stick
 from .jit import jit
 
@@ -50,9 +51,7 @@ def _friction(law, h, w, base1, base2, normal):
     """Return f_t (two components), and STICK or SLIP, at this normal force."""
     s1 = base1 + w[0, 2] * normal
     s2 = base2 + w[1, 2] * normal
-    inverse = 1.0 / (w[0, 0] * w[1, 1] - w[0, 1] * w[1, 0])
-    f1 = (-s1 * w[1, 1] + s2 * w[0, 1]) * inverse
-    f2 = (s1 * w[1, 0] - s2 * w[0, 0]) * inverse
+    f1, f2 = holding_force(w, base1, base2, normal)
     if f1 * f1 + f2 * f2 <= (law.static * normal) ** 2:
         return f1, f2, STICK
     high = law.static * normal

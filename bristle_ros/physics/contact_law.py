@@ -43,31 +43,13 @@ def spring_energy(stiffness, gap):
 
 
 @jit
-def normal_force(law, h, gap0, gap1):
+def normal_slope(law, h, gap0, gap1):
     """
-    Return the normal force [N] of a step from gap0 to gap1 [m]; finite stiffness.
+    Return the normal force [N] of a step from gap0 to gap1 [m], and its derivative by gap1 [N/m].
 
     The spring's discrete gradient times the Hunt-Crossley factor 1 + damping * (penetration rate).
-    Never negative, and monotone: it falls as gap1 grows.
+    Never negative, and monotone: it falls as gap1 grows. Finite stiffness.
     """
-    if gap0 <= 0.0:
-        if gap1 <= 0.0:
-            force = -0.5 * law.stiffness * (gap0 + gap1)
-        else:
-            force = 0.5 * law.stiffness * gap0 * gap0 / (gap1 - gap0)
-    elif gap1 < 0.0:
-        force = 0.5 * law.stiffness * gap1 * gap1 / (gap0 - gap1)
-    else:
-        return 0.0
-    factor = 1.0 + law.damping * (gap0 - gap1) / h
-    if factor < 0.0:
-        return 0.0
-    return force * factor
-
-
-@jit
-def normal_slope(law, h, gap0, gap1):
-    """Return the normal force and its derivative by gap1 [N/m]."""
     if gap0 <= 0.0:
         if gap1 <= 0.0:
             force = -0.5 * law.stiffness * (gap0 + gap1)
@@ -84,6 +66,21 @@ def normal_slope(law, h, gap0, gap1):
     if factor < 0.0:
         return 0.0, 0.0
     return force * factor, slope * factor - force * law.damping / h
+
+
+@jit
+def normal_force(law, h, gap0, gap1):
+    """Return the normal force [N] alone; see `normal_slope`."""
+    return normal_slope(law, h, gap0, gap1)[0]
+
+
+@jit
+def holding_force(w, base1, base2, normal):
+    """Return the friction force (two components) that holds the tip at this normal force."""
+    s1 = base1 + w[0, 2] * normal
+    s2 = base2 + w[1, 2] * normal
+    inverse = 1.0 / (w[0, 0] * w[1, 1] - w[0, 1] * w[1, 0])
+    return (s2 * w[0, 1] - s1 * w[1, 1]) * inverse, (s1 * w[1, 0] - s2 * w[0, 0]) * inverse
 
 
 @jit

@@ -11,7 +11,7 @@ solution, that is none: stick is taken wherever it is admissible.
 """
 from math import sqrt
 
-from .contact_law import friction_coefficient, normal_slope, SLIP, STICK, UNSOLVED
+from .contact_law import friction_coefficient, holding_force, normal_slope, SLIP, STICK, UNSOLVED
 from .jit import jit
 
 NEWTON = 12
@@ -21,12 +21,9 @@ EXACT = 1e-14       # change of the force at which it is found, relative
 @jit
 def stick(law, h, w, gap0, base, force):
     """Fill `force` with what holds the tip in place; return STICK, or UNSOLVED: not admissible."""
-    inverse = 1.0 / (w[0, 0] * w[1, 1] - w[0, 1] * w[1, 0])
     # f_t = c + d f_n, and with it g1 = a + b f_n
-    c1 = (base[1] * w[0, 1] - base[0] * w[1, 1]) * inverse
-    c2 = (base[0] * w[1, 0] - base[1] * w[0, 0]) * inverse
-    d1 = (w[1, 2] * w[0, 1] - w[0, 2] * w[1, 1]) * inverse
-    d2 = (w[0, 2] * w[1, 0] - w[1, 2] * w[0, 0]) * inverse
+    c1, c2 = holding_force(w, base[0], base[1], 0.0)
+    d1, d2 = holding_force(w, 0.0, 0.0, 1.0)
     a = base[2] + w[2, 0] * c1 + w[2, 1] * c2
     b = w[2, 2] + w[2, 0] * d1 + w[2, 1] * d2
     if not b > 0.0:
@@ -55,11 +52,7 @@ def stick(law, h, w, gap0, base, force):
 @jit
 def _could_stick(law, w, base, normal):
     """Whether friction could hold the tip in place at this normal force."""
-    s1 = base[0] + w[0, 2] * normal
-    s2 = base[1] + w[1, 2] * normal
-    inverse = 1.0 / (w[0, 0] * w[1, 1] - w[0, 1] * w[1, 0])
-    f1 = (s2 * w[0, 1] - s1 * w[1, 1]) * inverse
-    f2 = (s1 * w[1, 0] - s2 * w[0, 0]) * inverse
+    f1, f2 = holding_force(w, base[0], base[1], normal)
     return f1 * f1 + f2 * f2 <= (law.static * normal) ** 2
 
 

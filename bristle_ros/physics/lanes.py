@@ -139,4 +139,4 @@ def _interpreted(width):
 
 _made = _interpreted if config.DISABLE_JIT else _access
 load4, store4, splat4 = _made(4)
-load8, store8, splat8 = _made(8)
+load8, store8, _ = _made(8)
