@@ -153,19 +153,22 @@ def test_a_killed_one_is_recovered_file_by_file(tmp_path):
     text = WRITER.replace('{PARAMETERS}', repr(PARAMETERS).replace('inf', "float('inf')"))
     process = subprocess.Popen([sys.executable, '-c', text, tmp_path / 'run'],
                                cwd=os.path.dirname(__file__), stdout=subprocess.PIPE, text=True)
-    while not (tmp_path / 'run' / 'run_2.mcap').exists():
+    # What a file holds is on the disk when the next one is there.
+    while not (tmp_path / 'run' / 'run_3.mcap').exists():
         assert process.stdout.readline()
     process.send_signal(signal.SIGKILL)
     process.communicate()
     recording = Recording(tmp_path / 'run')
     entries = list(recording.entries())
-    assert len(files_of(tmp_path / 'run')) >= 3
+    assert len(files_of(tmp_path / 'run')) >= 4
     assert recording.cut
     assert not recording.damage
     result = recover(tmp_path / 'run')
     assert result.messages == len(entries)
+    # The last file may hold no message yet; it then leaves none behind.
     names = [f'run_recovered_{file.name[4:]}' for file in files_of(tmp_path / 'run')]
-    assert [file.name for file in files_of(result.output)] == names
+    assert len(names) - 1 <= len(files_of(result.output)) <= len(names)
+    assert [file.name for file in files_of(result.output)] == names[:len(files_of(result.output))]
     assert sum(read_with_rosbags(result.output).values()) == len(entries)
     again = Recording(result.output)
     assert [entry.message.data for entry in again.entries()] == [
