@@ -26,6 +26,7 @@ V0 = 14         # 3  velocity relative to the brush frame [m/s], brush axes
 W0 = 17         # 3  angular velocity relative to the brush frame [rad/s], section axes
 A0 = 20         # 6  the integrator's own acceleration (three linear, three angular)
 ACC0 = 26       # 6  the acceleration that the equation of motion gives
+JUMP = 140      # 6  change of A0 over the last step
 # node rows, within the step
 HA = 32         # 6  acceleration = ca * increment - HA
 HV = 38         # 6  velocity = cv * increment + HV
@@ -55,7 +56,7 @@ PM = 112        # 4
 STRAIN0 = 116   # 6
 RATE0 = 122     # 6
 RATEACC0 = 128  # 6
-ROWS = 140
+ROWS = 146
 BLOCK = ROWS * LANES
 
 

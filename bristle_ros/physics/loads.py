@@ -14,14 +14,16 @@ The mass is lumped by the three-point Gauss-Lobatto rule, so all of it is nodal.
 """
 from .frame import DRAG_SPIN, GRAVITY, SPIN, SPIN_RATE
 from .jit import jit
-from .layout import (A0, ACC0, FORCE, HA, HV, INERTIA, LANES, MASS, Q, Q0, R, TORQUE, V0,
+from .layout import (A0, ACC0, FORCE, HA, HV, INERTIA, JUMP, LANES, MASS, Q, Q0, R, TORQUE, V0,
                      X, X0)
 
 
 @jit
-def begin_step(s, blocks, h, scheme):
+def begin_step(s, blocks, h, scheme, trend):
     """
     Fill the histories HA, HV and put the predicted positions into X, Q.
+
+    The prediction is the increment with A1 = A0 + trend * its last change: see `accept_step`.
 
     With u the increment over the step (for rotations the vector 2 tan(angle / 2) along the axis)
     generalized-alpha gives acceleration = ca u - HA and velocity = cv u + HV; see scheme.py.
@@ -33,6 +35,7 @@ def begin_step(s, blocks, h, scheme):
     keep = 1.0 - scheme.gamma / scheme.beta
     drift = h * (1.0 - 0.5 * scheme.gamma / scheme.beta)
     half = 0.5 * h * h
+    ahead = scheme.beta * h * h * trend
     for j in range(blocks):
         for row in range(6):
             for i in range(LANES):
@@ -45,11 +48,15 @@ def begin_step(s, blocks, h, scheme):
             for i in range(LANES):
                 s[j, (X + row) * LANES + i] = (
                     s[j, (X0 + row) * LANES + i] + h * s[j, (V0 + row) * LANES + i]
-                    + half * s[j, (A0 + row) * LANES + i])
+                    + half * s[j, (A0 + row) * LANES + i]
+                    + ahead * s[j, (JUMP + row) * LANES + i])
         for i in range(LANES):
-            t1 = 0.5 * (h * s[j, (V0 + 3) * LANES + i] + half * s[j, (A0 + 3) * LANES + i])
-            t2 = 0.5 * (h * s[j, (V0 + 4) * LANES + i] + half * s[j, (A0 + 4) * LANES + i])
-            t3 = 0.5 * (h * s[j, (V0 + 5) * LANES + i] + half * s[j, (A0 + 5) * LANES + i])
+            t1 = 0.5 * (h * s[j, (V0 + 3) * LANES + i] + half * s[j, (A0 + 3) * LANES + i]
+                        + ahead * s[j, (JUMP + 3) * LANES + i])
+            t2 = 0.5 * (h * s[j, (V0 + 4) * LANES + i] + half * s[j, (A0 + 4) * LANES + i]
+                        + ahead * s[j, (JUMP + 4) * LANES + i])
+            t3 = 0.5 * (h * s[j, (V0 + 5) * LANES + i] + half * s[j, (A0 + 5) * LANES + i]
+                        + ahead * s[j, (JUMP + 5) * LANES + i])
             q0, q1, q2, q3 = (s[j, Q0 * LANES + i], s[j, (Q0 + 1) * LANES + i],
                               s[j, (Q0 + 2) * LANES + i], s[j, (Q0 + 3) * LANES + i])
             n = 1.0 / (1.0 + t1 * t1 + t2 * t2 + t3 * t3) ** 0.5
@@ -189,12 +196,22 @@ def local_error(s, blocks, h, scheme, tip_block, tip_lane, p1, p2, p3):
 
 @jit
 def accept_step(s, blocks, h, scheme):
-    """Carry positions, velocities and accelerations over to the start of the next step."""
+    """
+    Carry positions, velocities and accelerations over to the start of the next step.
+
+    Returns the trend, which part of the last change of A the next change is expected to be: 1 in
+    smooth motion, -1 where A rings from step to step, measured over the last two changes.
+    """
     beta_h2 = 1.0 / (scheme.beta * h * h)
     ca = beta_h2 * (1.0 - scheme.alpha_m) / (1.0 - scheme.alpha_f)
     cv = scheme.gamma / (scheme.beta * h)
     back = 1.0 / (1.0 - scheme.alpha_m)
+    both = 0.0
+    square = 0.0
     for j in range(blocks):
+        for i in range(LANES):  # sums of each lane, in rows that are free now
+            s[j, FORCE * LANES + i] = 0.0
+            s[j, (FORCE + 1) * LANES + i] = 0.0
         for i in range(LANES):  # rotation increments
             q0, q1, q2, q3 = (s[j, Q * LANES + i], s[j, (Q + 1) * LANES + i],
                               s[j, (Q + 2) * LANES + i], s[j, (Q + 3) * LANES + i])
@@ -212,14 +229,26 @@ def accept_step(s, blocks, h, scheme):
                 u = s[j, (R + row) * LANES + i]
                 acceleration = ca * u - s[j, (HA + row) * LANES + i]
                 s[j, (V0 + row) * LANES + i] = cv * u + s[j, (HV + row) * LANES + i]
-                s[j, (A0 + row) * LANES + i] = back * (
+                old = s[j, (A0 + row) * LANES + i]
+                new = back * (
                     (1.0 - scheme.alpha_f) * acceleration
                     + scheme.alpha_f * s[j, (ACC0 + row) * LANES + i]
-                    - scheme.alpha_m * s[j, (A0 + row) * LANES + i])
+                    - scheme.alpha_m * old)
+                jump = s[j, (JUMP + row) * LANES + i]
+                s[j, FORCE * LANES + i] += jump * (new - old)
+                s[j, (FORCE + 1) * LANES + i] += jump * jump
+                s[j, (JUMP + row) * LANES + i] = new - old
+                s[j, (A0 + row) * LANES + i] = new
                 s[j, (ACC0 + row) * LANES + i] = acceleration
         for row in range(7):
             for i in range(LANES):
                 s[j, (X0 + row) * LANES + i] = s[j, (X + row) * LANES + i]
+        for i in range(LANES):
+            both += s[j, FORCE * LANES + i]
+            square += s[j, (FORCE + 1) * LANES + i]
+    if square == 0.0:
+        return 0.0
+    return min(max(both / square, -1.0), 1.0)
 
 
 @jit
@@ -236,3 +265,4 @@ def rescale_memory(s, blocks, ratio):
             for i in range(LANES):
                 true = s[j, (ACC0 + row) * LANES + i]
                 s[j, (A0 + row) * LANES + i] = true + ratio * (s[j, (A0 + row) * LANES + i] - true)
+                s[j, (JUMP + row) * LANES + i] *= ratio

@@ -15,8 +15,10 @@ from .frame import CLAMP, drive_clamp, frame_at, ROTATION, SPIN, SPIN_RATE, turn
 from .jit import jit
 from .layout import LANES, MASS, Q, R, tip_lane, X, X0
 from .loads import accept_step, begin_step, local_error, rescale_memory, residual
+from .scheme import newton_tolerance
 from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, finish_contact, FORCE,
-                  GAP, IMPULSE, LEVEL, MATRIX_STEP, rotate_back, STATE, STEP)
+                  GAP, IMPULSE, LEVEL, MATRIX_STEP, rotate_back, STATE, STEP,
+                  TREND)
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.4              # contraction above which the matrix is factorised anew
@@ -108,7 +110,7 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
     cv = scheme.gamma / (scheme.beta * h)
     keep = 1.0 - scheme.gamma / scheme.beta
     drift = h * (1.0 - 0.5 * scheme.gamma / scheme.beta)
-    begin_step(s, blocks, h, scheme)
+    begin_step(s, blocks, h, scheme, tip[TREND])
     factor = 1.0
     if viscosity is not None:
         factor = 1.0 + viscosity * cv
@@ -118,6 +120,7 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
     if law is not None:
         begin_contact(s, block, lane, ca, drift, h, frames[1], tip)
 
+    tolerance = newton_tolerance(scheme.tolerance, h)
     refresh = tip[MATRIX_STEP] != h
     rate = tip[CONTRACTION]
     before = 0.0
@@ -161,8 +164,8 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
         elif size > 1.0:
             refresh = True
         before = size
-        if solved and (size <= scheme.tolerance and rate < 1.0 or (
-                iteration > 0 and size * rate <= scheme.tolerance * (1.0 - rate))):
+        if solved and (size <= tolerance and rate < 1.0 or (
+                iteration > 0 and size * rate <= tolerance * (1.0 - rate))):
             status = OK
             break
     if status == OK:
@@ -192,7 +195,7 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
     if viscosity is not None:
         accept_damping(s, blocks, cv, keep, drift, 1.0 / (scheme.beta * h * h),
                        1.0 / (scheme.beta * h), 0.5 / scheme.beta - 1.0)
-    accept_step(s, blocks, h, scheme)
+    tip[TREND] = accept_step(s, blocks, h, scheme)
     if law is not None:
         lost = finish_contact(s, block, lane, law, h, end, tip)
         for i in range(3):

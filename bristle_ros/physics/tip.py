@@ -17,7 +17,8 @@ MATRIX_STEP = 12    # 1  length of the step that the factorised matrix is for; 0
 CONTRACTION = 13    # 1  of Newton's corrections, last seen
 LEVEL = 14          # 1  of subdivision that the next step starts with
 ESTIMATE = 15       # 1  local error estimate of the last step [m]
-TIP = 16
+TREND = 16          # 1  part of its last change that A is expected to change by again
+TIP = 17
 
 
 @jit
