@@ -44,8 +44,8 @@ MUJOCO = ((8, 1e-3), (8, 2e-4), (8, 1e-4), (12, 5e-5), (16, 2e-5), (24, 1e-5), (
 MUJOCO_DAMPED = ((6, 1e-3), (8, 1e-3), (8, 5e-4), (12, 2e-4), (16, 1e-4), (24, 2e-5), (32, 1e-5))
 # With contact what is compared is the impulse, and steps have to be shorter.
 OURS_CONTACT = ((6, 5e-4), (8, 2e-4), (12, 2e-4), (12, 1e-4), (12, 5e-5), (12, 2e-5))
-EXUDYN_CONTACT = ((12, 2e-4), (12, 5e-5))
-MUJOCO_CONTACT = ((12, 5e-5), (12, 2e-5), (24, 1e-5))
+EXUDYN_CONTACT = ((12, 2e-4), (12, 5e-5), (24, 1e-4), (24, 5e-5))
+MUJOCO_CONTACT = ((12, 5e-5), (12, 2e-5), (24, 1e-5), (24, 5e-6), (24, 2e-6))
 
 
 def _averaged(solve, name, elements, step):
@@ -118,7 +118,7 @@ def converged(program, solve, name, *, quick):
         return (_blend([(4 / 3, solve(name, *fine)), (-1 / 3, solve(name, *coarse))]),
                 f'{coarse[0]} and {fine[0]} el extrapolated')
     if contact:
-        return solve(name, 24, 5e-6), '24 el, 5 us'
+        return solve(name, 24, 1e-6), '24 el, 1 us'
     few, many, step = (12, 24, 2e-5) if quick else (16, 32, 1e-5)
     # first order in time, second in length
     return (_blend([(4 / 3, solve(name, many, step)), (-1 / 3 + 1.0, solve(name, few, step)),
