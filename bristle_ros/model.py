@@ -100,8 +100,8 @@ def clamp_of(scene):
     return np.concatenate(([scene.brush.mount_radius, 0.0, 0.0], quaternion))
 
 
-def build_model(scene, *, accounting=False):
-    """Return the Model of a scene; accounting keeps the energy accounts."""
+def build_model(scene):
+    """Return the Model of a scene."""
     count = scene.brush.bristle_count
     angles = 2.0 * math.pi * np.arange(count) / count
     azimuth = np.column_stack((np.cos(angles), np.sin(angles), np.cos(angles / 2.0),
@@ -116,7 +116,7 @@ def build_model(scene, *, accounting=False):
         scene.solver.integration_time_step, section, scheme_of(scene),
         drive_of(scene, scene.solver.time_step), drive_of(scene, 0.0), scene.damping.mass, azimuth,
         clamp, b.density * b.breadth * b.width * section.element_length / 6.0,
-        float(scene.brush.wires_per_bristle), scene.solver.load_case == 'displacement', accounting,
+        float(scene.brush.wires_per_bristle), scene.solver.load_case == 'displacement',
         scene.solver.error_tolerance * b.length if scene.solver.step == 'adaptive' else 0.0)
 
 

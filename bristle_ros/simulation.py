@@ -66,14 +66,14 @@ class Simulation:
         self.its = scene.solver.integration_time_step
         began = time.perf_counter()
         self._energies = energies
-        model = build_model(scene, accounting=energies)
+        model = build_model(scene)
         self._law = contact_law(scene)
         self._viscosity = viscosity_of(scene)
         self._scratch = new_scratch(model)
         self._rows = np.zeros((model.bristles, output.BRISTLE_COLUMNS))
         self._totals = np.zeros(output.TOTALS)
         self.state = build_state(scene, model)
-        self._stepper = Stepper(model, self._law, self._viscosity, self.state,
+        self._stepper = Stepper(model, self._law, self._viscosity, self.state, accounting=energies,
                                 threads=threads)
         self._start = None
         self._to_start()

@@ -20,10 +20,14 @@ class Stepper:
     bristles.
     """
 
-    def __init__(self, model, law, viscosity, state, *, threads=None):
-        """Take model, law and viscosity as kernels do; threads: None for what the machine has."""
+    def __init__(self, model, law, viscosity, state, *, accounting=False, threads=None):
+        """
+        Take model, law and viscosity as kernels do.
+
+        accounting: keep the energy accounts; threads: None for what the machine has.
+        """
         self.model = model
-        self._laws = law, viscosity
+        self._features = law, viscosity, state.audit if accounting else None
         self._state = state
         available = threads or len(os.sched_getaffinity(0))
         self.threads = max(1, min(available, model.bristles // SHARE))
@@ -68,7 +72,7 @@ class Stepper:
 
     def _run(self, steps):
         """Make the steps from now on; None, or (step, status, bristle) of a failure."""
-        fill_frames(self.model, self._laws[0], self._state, self._scratch[0], steps, self._table)
+        fill_frames(self.model, self._features[0], self._state, self._scratch[0], steps, self._table)
         if self.threads > 1 and self._pool is None:
             self._pool = ThreadPoolExecutor(self.threads - 1, 'stepper')
         others = [self._pool.submit(self._share, i, steps) for i in range(1, self.threads)]
@@ -77,7 +81,7 @@ class Stepper:
 
     def _share(self, first, steps):
         scratch = self._scratch[first]
-        status = advance(self.model, *self._laws, self._state, scratch, self._table, first,
+        status = advance(self.model, *self._features, self._state, scratch, self._table, first,
                          self.threads, steps)
         if status:
             return int(scratch.failed[0]), status, int(scratch.failed[1])

@@ -1,4 +1,5 @@
 """The one `jit`: compiler flags, and a cache that notices an edit in any kernel file."""
+import fcntl
 import hashlib
 import os
 from pathlib import Path
@@ -37,11 +38,29 @@ _compiled = numba.njit(cache=True, nogil=True, error_model='numpy',
                        fastmath={'contract', 'nsz', 'arcp'})
 
 
+def _save_alone(cache):
+    """
+    Let one process at a time save what it compiled.
+
+    Two that save variants of one kernel at once may give both the same file: one of them would
+    later run the other's machine code.
+    """
+    save = cache.save_overload
+
+    def save_overload(signature, data):
+        with open(Path(numba.config.CACHE_DIR) / 'lock', 'w') as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            save(signature, data)
+
+    cache.save_overload = save_overload
+
+
 def jit(function):
     """Compile a kernel; once for all values of its integer arguments, not for each constant."""
     dispatcher = _compiled(function)
     if numba.config.DISABLE_JIT:
         return dispatcher
+    _save_alone(dispatcher._cache)
     resolve = dispatcher.get_call_template
 
     def get_call_template(args, kws):
@@ -49,3 +68,8 @@ def jit(function):
 
     dispatcher.get_call_template = get_call_template
     return dispatcher
+
+
+def inlined(function):
+    """Compile a kernel into the one that calls it: saves compiling all it calls once more."""
+    return numba.njit(inline='always', error_model='numpy')(function)

@@ -25,7 +25,6 @@ class Model(NamedTuple):
     clamp_mass: float           # [kg] of the clamped node
     wires: float                # real wires per bristle
     displacement: bool          # load case: solved in mount axes with the clamp driven
-    accounting: bool            # keep the energy accounts
     local_error: float          # [m] above which a step is taken in halves; 0: fixed steps
 
 
@@ -39,7 +38,7 @@ class State(NamedTuple):
     counts: np.ndarray          # (B, COUNTS) int64, running counts of stepping.py
     motion: np.ndarray          # (MOTION,) frame.py: the ramps that commands change
     step: np.ndarray            # (1,) int64: steps done
-    audit: np.ndarray           # (B, AUDIT) energy accounts
+    audit: np.ndarray           # (B, AUDIT) energy accounts, where they are kept
 
 
 class Scratch(NamedTuple):

@@ -12,7 +12,7 @@ from .beam import accept_damping, internal_forces, predict_damping
 from .chain import eliminate, factorise, OK, substitute
 from .energy import account_step, DISSIPATED
 from .frame import CLAMP, drive_clamp, frame_at, ROTATION, SPIN, SPIN_RATE, turn_frame
-from .jit import jit
+from .jit import inlined, jit
 from .layout import LANES, MASS, Q, R, tip_lane, X, X0
 from .loads import accept_step, begin_step, local_error, rescale_memory, residual
 from .scheme import newton_tolerance
@@ -86,14 +86,14 @@ def move_nodes(s, blocks, element_length):
     return sqrt(largest)
 
 
-@jit
+@inlined
 def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, scratch, h,
              shortest):
     """
     Advance one bristle by one step of length h; return OK, or why it failed and stays as it was.
 
     model : Model             constants; law : ContactLaw or None; viscosity [s] : float or None
-    audit : (AUDIT,)          energy accounts, kept where model.accounting
+    audit : (AUDIT,)          energy accounts, or None
     s, mids, chain, tip, counts   the bristle's state
     shortest [s] : float      step that is accepted whatever its local error
     frames : (3, FRAME)       frame records at the step's start, middle and end, its own axes
@@ -187,9 +187,9 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
     if refresh:
         tip[MATRIX_STEP] = 0.0
     tip[STEP] = h
-    if model.accounting or viscosity is not None:
+    if audit is not None or viscosity is not None:
         internal_forces(s, blocks, end[CLAMP:], model.section, factor)
-    if model.accounting:
+    if audit is not None:
         account_step(model, law, viscosity, audit, s, tip, frames, scratch.turned, cv, keep, drift,
                      h)
     if viscosity is not None:
@@ -200,7 +200,8 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
         lost = finish_contact(s, block, lane, law, h, end, tip)
         for i in range(3):
             tip[IMPULSE + i] += h * tip[FORCE + i]
-        audit[DISSIPATED] += lost
+        if audit is not None:
+            audit[DISSIPATED] += lost
     return OK
 
 
@@ -229,7 +230,7 @@ def keep_copy(source, into):
         into.flat[i] = source.flat[i]
 
 
-@jit
+@inlined
 def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, tip, counts,
                scratch, step, table):
     """
@@ -295,7 +296,7 @@ def fill_frames(model, law, state, scratch, steps, table):
 
 
 @jit
-def advance(model, law, viscosity, state, scratch, table, first, stride, steps):
+def advance(model, law, viscosity, audit, state, scratch, table, first, stride, steps):
     """
     Advance the bristles first, first + stride, ... by `steps` steps in place, one after the other.
 
@@ -305,9 +306,10 @@ def advance(model, law, viscosity, state, scratch, table, first, stride, steps):
     start of the failed step.
     """
     for bristle in range(first, model.bristles, stride):
+        account = None if audit is None else audit[bristle]
         for step in range(steps):
             status = whole_step(
-                model, law, viscosity, state.audit[bristle], state.motion, model.azimuth[bristle],
+                model, law, viscosity, account, state.motion, model.azimuth[bristle],
                 state.nodes[bristle], state.mids[bristle], state.chain[bristle],
                 state.tip[bristle], state.counts[bristle], scratch, state.step[0] + step,
                 table[2 * step:])
