@@ -142,8 +142,8 @@ class Solver(_Section):
         0.8, '1', 0.0, 1.0, 'of generalized_alpha, at infinite frequency; 0 annihilates, 1 keeps')
     amplitude_decay: float = number(0.005, '1', 0.0, 1.0 / 3.0, 'gamma of newmark and hht')
     tolerance: float = number(
-        1e-8, '1', 1e-14, 1e-2, "Newton's, relative to the element's length and to 1 rad; in steps "
-        'below 0.2 ms it falls with their square')
+        1e-8, '1', 1e-14, 1e-2, "Newton's, relative to the element's length and to 1 rad; in "
+        'steps below 0.2 ms it falls with their square')
     step: str = choice('fixed', ('fixed', 'adaptive'), 'step control; marks are met by both')
     error_tolerance: float = number(
         1e-3, '1', 1e-12, 1.0, "local error of adaptive steps, relative to the bristle's length")

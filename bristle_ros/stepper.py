@@ -72,7 +72,8 @@ class Stepper:
 
     def _run(self, steps):
         """Make the steps from now on; None, or (step, status, bristle) of a failure."""
-        fill_frames(self.model, self._features[0], self._state, self._scratch[0], steps, self._table)
+        law = self._features[0]
+        fill_frames(self.model, law, self._state, self._scratch[0], steps, self._table)
         if self.threads > 1 and self._pool is None:
             self._pool = ThreadPoolExecutor(self.threads - 1, 'stepper')
         others = [self._pool.submit(self._share, i, steps) for i in range(1, self.threads)]

@@ -3,8 +3,8 @@ import numpy as np
 
 from .beam import internal_forces
 from .frame import CLAMP, DRAG_RATE, DRAG_SPIN
-from .layout import (A0, ACC0, ELEMENTS, HA, HV, INERTIA, LANES, MASS, Q, R, RATEACC0, ROWS, STRAIN,
-                     STRAIN0, V0, X, X0)
+from .layout import (A0, ACC0, ELEMENTS, HA, HV, INERTIA, LANES, MASS, Q, R, RATEACC0, ROWS,
+                     STRAIN, STRAIN0, V0, X, X0)
 from .loads import residual
 from .stepping import own_frame
 
