@@ -156,9 +156,10 @@ def _draw_panel(panel, name, rows, key):
                      label={'step': 'step (12 elements, rho 0.8)'}.get(family, family))
         if family in ('step', 'load case'):
             # ends of the line tell the range; everything else is in the table
-            for p in {id(p): p for p in (points[0], points[-1])}.values():
+            ends = {id(p): p for p in (points[0], points[-1])}.values()
+            for p, below in zip(ends, (4, -9)):     # they may be close to each other
                 panel.annotate(p['label'].replace('displacement, ', ''), fontsize=7,
-                               xy=(p['wall_per_simulated_s'], p[key]), xytext=(4, 4),
+                               xy=(p['wall_per_simulated_s'], p[key]), xytext=(4, below),
                                textcoords='offset points', color=colour)
     panel.axvline(1.0, color='k', lw=0.8)
     panel.set_title(name)
