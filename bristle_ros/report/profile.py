@@ -1,0 +1,88 @@
+"""Where a step's time goes: each kernel timed by itself, times how often a step calls it."""
+from bristle_ros.bench import best_of, measure
+from bristle_ros.model import new_scratch
+from bristle_ros.physics.beam import internal_forces
+from bristle_ros.physics.chain import eliminate, factorise, substitute
+from bristle_ros.physics.frame import CLAMP, SPIN, SPIN_RATE
+from bristle_ros.physics.layout import LANES, R, ROWS, tip_lane
+from bristle_ros.physics.loads import accept_step, begin_step, local_error, residual
+from bristle_ros.physics.stepping import FACTORISATIONS, move_nodes, NEWTON, own_frame
+from bristle_ros.report.work_precision import scene_of
+
+CALLS = 300
+TURNS = 40      # of so many the best
+SCENES = ('free_rotation', 'cutting_brush')
+STEP = 2e-4     # [s]
+
+
+def _kernels(simulation):
+    """Return {kernel: (what calls it, its call with nodes, blocks and elements)}."""
+    model, state, scratch = simulation.model, simulation.state, new_scratch(simulation.model)
+    section, scheme = model.section, model.scheme
+    mids, chain = state.mids[0].copy(), state.chain[0].copy()
+    ca, cv = 1.0 / (scheme.beta * STEP ** 2), scheme.gamma / (scheme.beta * STEP)
+    frame = scratch.frames[2]
+    own_frame(model, state.motion, model.azimuth[0], 0.1, scratch, frame)
+    clamp, spin, spin_rate = frame[CLAMP:], frame[SPIN:], frame[SPIN_RATE:]
+    block, lane = tip_lane(model.elements)
+    return {
+        'eliminate': ('iteration', lambda s, blocks, elements: eliminate(
+            s, elements, mids, chain)),
+        'substitute': ('iteration', lambda s, blocks, elements: substitute(
+            s, elements, mids, chain)),
+        'move nodes': ('iteration', lambda s, blocks, elements: move_nodes(
+            s, blocks, section.element_length)),
+        'internal forces': ('iteration', lambda s, blocks, elements: internal_forces(
+            s, blocks, clamp, section, 1.0)),
+        'residual': ('iteration', lambda s, blocks, elements: residual(
+            s, blocks, ca, cv, 0.1, frame)),
+        'factorise': ('matrix', lambda s, blocks, elements: factorise(
+            s, elements, section, 1.0, ca, spin, spin_rate, cv, mids, chain, scratch.work)),
+        'begin step': ('step', lambda s, blocks, elements: begin_step(
+            s, blocks, STEP, scheme, 0.0)),
+        'accept step': ('step', lambda s, blocks, elements: accept_step(
+            s, blocks, STEP, scheme)),
+        'local error': ('step', lambda s, blocks, elements: local_error(
+            s, blocks, STEP, scheme, block, lane, 0.0, 0.0, 0.0)),
+    }
+
+
+def _times(simulation):
+    """Return {kernel: time of a call [us], less that of the same call with no nodes}."""
+    elements, blocks = simulation.model.elements, simulation.model.blocks
+    nodes = simulation.state.nodes[0].copy()
+    # no residual, no increment: repeated calls lead nowhere
+    nodes.reshape(blocks, ROWS, LANES)[:, R:R + 6] = 0.0
+    times = {}
+    for kernel, (_, call) in _kernels(simulation).items():
+        def often(*arguments, call=call):
+            for _ in range(CALLS):
+                call(*arguments)
+        full, _ = best_of(lambda: often(nodes, blocks, elements), TURNS)
+        empty, _ = best_of(lambda: often(nodes[:0], 0, 0), TURNS)
+        times[kernel] = 1e6 * (full - empty) / CALLS
+    return times
+
+
+def profile(progress, *, quick=False, repeats=5):
+    """Return rows: time of a call, calls and time in a step of each kernel, for two scenes."""
+    from bristle_ros.simulation import Simulation
+    rows = []
+    for name in SCENES:
+        progress(f'profile: {name}')
+        simulation = Simulation(scene_of(name, STEP))
+        found = measure(simulation, 0.15 if quick else 0.3, 3 if quick else repeats)
+        counts = simulation.state.counts[0] / found['steps']
+        often = {'step': 1.0, 'iteration': counts[NEWTON], 'matrix': counts[FACTORISATIONS]}
+        left = found['step_us']
+        for kernel, each in _times(simulation).items():
+            calls = float(often[_kernels(simulation)[kernel][0]])
+            left -= each * calls
+            rows.append({'scene': name, 'kernel': kernel, 'call_us': each,
+                         'calls_per_step': calls, 'step_us': each * calls,
+                         'share_percent': 100.0 * each * calls / found['step_us']})
+        rows.append({'scene': name, 'kernel': 'contact, damping, frames and the loops',
+                     'step_us': left, 'share_percent': 100.0 * left / found['step_us']})
+        rows.append({'scene': name, 'kernel': 'a whole step', 'step_us': found['step_us'],
+                     'share_percent': 100.0})
+    return rows
