@@ -58,15 +58,21 @@ class PacingThread:
         try:
             while not self._stopping and error is None:
                 if self._wait():
-                    with self._busy:
-                        chunk = self._driver.run_chunk()
-                        self._deliver(chunk)
-                        self._chunks += 1
-                    error = chunk.failure
+                    error = self._run_chunk()
         except Exception as unexpected:  # shown by the thread that waits for our end
             error = unexpected
         if error is not None:
             self._on_end(error)
+
+    def _run_chunk(self):
+        """Run what is due, if it still is; return why it failed, or None."""
+        with self._busy:
+            if not self._driver.due():
+                return None     # paused since, and whoever did that was told the time
+            chunk = self._driver.run_chunk()
+            self._deliver(chunk)
+            self._chunks += 1
+            return chunk.failure
 
     def _wait(self):
         """Wait until the next chunk is due; False when woken before, to look again."""

@@ -1,4 +1,6 @@
 """Samples made up for tests of messages and logs, and the chunks that hold them."""
+import sys
+
 from bristle_ros.driver import Chunk
 from bristle_ros.scene import from_parameters
 from bristle_ros.snapshot import Snapshot
@@ -30,3 +32,9 @@ def chunk_of(steps, events=(), failure=None):
     return Chunk(0, max(steps, default=0), samples, SNAPSHOT, tuple(events), failure)
 
 
+
+
+def waits_in(thread, function):
+    """Whether a thread is just now in `function` of Python; it stays there when that waits."""
+    frame = sys._current_frames().get(thread.ident)
+    return frame is not None and frame.f_code.co_name == function

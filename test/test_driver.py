@@ -1,10 +1,13 @@
 """Pacing, overload, commands and resets, against a clock turned by hand."""
+import time
 from types import SimpleNamespace
 
 from bristle_ros.driver import Driver, Event
 from bristle_ros.pace import BACKLOG_NS, CATCH_UP_NS, WINDOW_NS
+from bristle_ros.pacing import PacingThread
 from bristle_ros.simulation import CommandRefused, StepFailure
 from bristle_ros.snapshot import Snapshot
+from examples import waits_in
 import pytest
 
 MS = 1_000_000
@@ -429,3 +432,21 @@ def test_pause_and_step_beside_a_followed_clock():
     driver.follow(15_020 * MS)
     assert run_due(driver) == 2
     assert driver.shed == 0
+
+
+def test_nothing_runs_once_it_has_settled_after_a_pause():
+    """Who pauses tells the time then; a chunk that had become due just before must not follow."""
+    clock, failures = Clock(), []
+    driver = Driver(Counting(clock), clock=clock)
+    pacing = PacingThread(driver, lambda chunk: None, failures.append)
+    with pacing._busy:  # the thread finds its chunk due and has to wait here
+        pacing.start()
+        clock.now += 100 * MS
+        while not waits_in(pacing._thread, '_run_chunk'):
+            time.sleep(1e-3)
+        driver.pause()
+    pacing.settle()
+    told = driver.total_step
+    pacing.stop()
+    assert driver.total_step == told == 0
+    assert not failures
