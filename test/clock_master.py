@@ -16,7 +16,6 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 PERIOD = 0.01       # [s] of wall time between ticks
-ON_THE_WAY = 1.0    # [s] messages from before a jump back may still come
 
 
 class Master:
@@ -27,13 +26,17 @@ class Master:
         self.node.create_subscription(
             JointState, 'joint_states', self.hear, QoSProfile(depth=1000))
         self.time, self.factor = round(start * 1e9), None
-        self.last, self.count, self.ahead, self.blind_until = 0, 0, -10**18, 0.0
+        self.lock = threading.Lock()    # commands come from another thread than messages
+        self.last, self.count, self.ahead, self.blind = 0, 0, -10**18, False
 
     def hear(self, message):
-        self.last = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-        self.count += 1
-        if time.monotonic() > self.blind_until:
-            self.ahead = max(self.ahead, self.last - self.time)
+        with self.lock:
+            self.last = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+            self.count += 1
+            if self.last <= self.time:
+                self.blind = False  # messages of one publisher come in order
+            if not self.blind:
+                self.ahead = max(self.ahead, self.last - self.time)
 
     def spin(self):
         wall = time.monotonic()
@@ -42,9 +45,10 @@ class Master:
             if self.factor is None:
                 wall = now
             elif now - wall >= PERIOD:
-                self.time += round((now - wall) * self.factor * 1e9)
+                with self.lock:
+                    self.time += round((now - wall) * self.factor * 1e9)
+                    seconds, nanoseconds = divmod(self.time, 10**9)
                 wall = now
-                seconds, nanoseconds = divmod(self.time, 10**9)
                 message = Clock()
                 message.clock.sec, message.clock.nanosec = seconds, nanoseconds
                 self.publisher.publish(message)
@@ -52,14 +56,14 @@ class Master:
 
     def obey(self, line):
         word, _, value = line.strip().partition(' ')
-        if word == 'run':
-            self.factor = float(value)
-        elif word == 'jump':
-            if float(value) < 0.0:
-                self.blind_until = time.monotonic() + ON_THE_WAY
-            self.time += round(float(value) * 1e9)
-        return json.dumps({'time': self.time, 'last': self.last, 'count': self.count,
-                           'ahead': self.ahead})
+        with self.lock:
+            if word == 'run':
+                self.factor = float(value)
+            elif word == 'jump':
+                self.blind = float(value) < 0.0     # messages from before may still come
+                self.time += round(float(value) * 1e9)
+            return json.dumps({'time': self.time, 'last': self.last, 'count': self.count,
+                               'ahead': self.ahead})
 
 
 if __name__ == '__main__':

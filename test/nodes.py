@@ -1,4 +1,5 @@
 """A brush_node in a process of its own, and another node that uses it."""
+import math
 import os
 from pathlib import Path
 import signal
@@ -9,9 +10,14 @@ import time
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
+from std_srvs.srv import SetBool
 
 ROOT = Path(__file__).resolve().parent.parent
-LIMIT = 90.0    # [s] before a wait is a failure: compiling on a busy machine is slow
+LIMIT = 600.0   # [s] before a wait is a failure: compiling on a busy machine takes minutes
+AGAIN = 20.0    # [s] without an answer before a service is asked again
+
+
+_running = []   # brushes that a test has started
 
 
 class Brush:
@@ -37,9 +43,11 @@ class Brush:
         return self.process.returncode, out + err
 
     def __enter__(self):
+        _running.append(self)
         return self
 
     def __exit__(self, *_):
+        _running.remove(self)
         if self.process.poll() is None:
             self.process.kill()
             self.process.communicate()
@@ -54,6 +62,7 @@ class User:
         self.node = rclpy.create_node('user', context=self.context)
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
+        self._clients = {}
 
     def leave(self):
         self.node.destroy_node()
@@ -64,6 +73,8 @@ class User:
         end = time.monotonic() + LIMIT
         while not condition():
             assert time.monotonic() < end, f'{what}: not within {LIMIT} s'
+            for brush in _running:
+                assert brush.process.poll() is None, f'{what}: {brush.wait()}'
             self._executor.spin_once(timeout_sec=0.05)
 
     def listen(self, type_, topic):
@@ -72,12 +83,20 @@ class User:
         self.node.create_subscription(type_, topic, found.append, QoSProfile(depth=1000))
         return found
 
-    def until_quiet(self, found):
+    def came(self, found, wait=0.3):
         """Spin for a while; return how many messages came meanwhile."""
-        before, end = len(found), time.monotonic() + 0.3
+        before, end = len(found), time.monotonic() + wait
         while time.monotonic() < end:
             self._executor.spin_once(timeout_sec=0.05)
         return len(found) - before
+
+    def pause(self, found):
+        """Pause the brush; return its time [s] when the last message of it is in `found`."""
+        answer = self.call(SetBool, 'brush_node/pause', data=True)
+        assert answer.success
+        held = float(answer.message.split()[-2])    # 'paused at 1.234500 s'
+        self.until(lambda: found and abs(seconds(found[-1]) - held) < 1e-7, 'the last message')
+        return held
 
     def publisher(self, type_, topic):
         publisher = self.node.create_publisher(type_, topic, 10)
@@ -85,12 +104,28 @@ class User:
         return publisher
 
     def call(self, type_, name, **request):
-        client = self.node.create_client(type_, name)
+        """
+        Return the answer of a service.
+
+        An answer is lost when the server has not found the client yet, which can only be the
+        first one: so clients are kept, and asked again. What must happen once wants a harmless
+        call before.
+        """
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(type_, name)
+        client = self._clients[name]
         self.until(client.service_is_ready, f'service {name}')
-        future = client.call_async(type_.Request(**request))
-        self.until(future.done, f'answer of {name}')
-        self.node.destroy_client(client)
-        return future.result()
+        futures, asked = [], -math.inf
+
+        def answered():
+            nonlocal asked
+            if time.monotonic() > asked + AGAIN:
+                futures.append(client.call_async(type_.Request(**request)))
+                asked = time.monotonic()
+            return any(future.done() for future in futures)
+
+        self.until(answered, f'answer of {name}')
+        return next(future.result() for future in futures if future.done())
 
 
 def seconds(message):

@@ -14,7 +14,7 @@ LEAN = Scene(contact=Contact(enabled=False), solver=Solver(elements=4),
 
 def run_verb(root, *arguments):
     return subprocess.run([sys.executable, '-m', 'bristle_ros', *arguments], cwd=root, text=True,
-                          capture_output=True, timeout=300)
+                          capture_output=True, timeout=600)
 
 
 class HandTurned:

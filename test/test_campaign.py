@@ -10,7 +10,7 @@ import pytest
 @pytest.fixture(scope='module')
 def results():
     cases = campaign_cases.short()
-    return {case.name: campaign.run_case(case, 10.0) for case in cases}
+    return {case.name: campaign.run_case(case, 600.0) for case in cases}
 
 
 def test_short_campaign_ends_well(results):

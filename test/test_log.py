@@ -18,7 +18,7 @@ from bristle_ros.machine import provenance
 from bristle_ros.recording import Recording
 from bristle_ros.recover import recover
 from bristle_ros.scene import from_parameters, load, SceneError
-from examples import chunk_of, ITS, SCENE, SNAPSHOT
+from examples import chunk_of, ITS, SCENE, SNAPSHOT, waits_in
 from hypothesis import given, Phase, settings, strategies as st
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
@@ -382,11 +382,11 @@ def test_a_full_queue_makes_the_caller_wait_and_loses_nothing(tmp_path, monkeypa
 
     caller = threading.Thread(target=run)
     caller.start()
-    caller.join(0.3)
-    assert caller.is_alive()
-    assert log.backlog <= 8
+    while not (log.backlog == 8 and waits_in(caller, 'wait')):
+        time.sleep(1e-3)
+    assert log.backlog == 8
     gate.open.set()
-    caller.join(20.0)
+    caller.join(600.0)
     assert any(waited)
     assert log.waited == sum(waited)
     log.close()
@@ -411,7 +411,7 @@ def test_a_disk_that_hangs_holds_nobody_at_the_end(tmp_path, monkeypatch):
     caller.start()
     caller.join(0.2)
     log.close()
-    caller.join(20.0)
+    caller.join(600.0)
     assert not caller.is_alive()
     assert 'did not take the rest' in log.failed
     gate.open.set()

@@ -1,5 +1,7 @@
 """The node as users meet it: its own process, real rclpy, messages over DDS, signals, logs."""
 import os
+from pathlib import Path
+import re
 import shutil
 import signal
 import subprocess
@@ -34,6 +36,30 @@ def samples(log, topic):
             if entry.name == topic]
 
 
+def chunks(messages):
+    """Check that messages come in order, whole chunks apart; a busy machine loses some."""
+    steps = np.diff([seconds(message) for message in messages]) / 0.005
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-5)
+    return np.all(np.round(steps) >= 1)
+
+
+def effects(log):
+    """Return (step, name) of the commands that took effect, as far as the log goes."""
+    return [(entry.step, entry.name) for entry in Recording(log).entries()
+            if entry.name.startswith('cmd_')]
+
+
+def told(report):
+    """Return what a message of /diagnostics says."""
+    return {pair.key: pair.value for pair in report.status[0].values}
+
+
+def follow_each_other(log):
+    """Whether a log holds the sample of each millisecond from the start on."""
+    steps = [step for step, _ in samples(log, 'joint_states')]
+    return len(steps) > 20 and steps == list(range(2, 2 * len(steps) + 2, 2))
+
+
 def test_in_the_loop(scene, user, tmp_path):
     """Commands in, every topic out, and the same bits again from what the log holds."""
     log = tmp_path / 'run'
@@ -53,6 +79,9 @@ def test_in_the_loop(scene, user, tmp_path):
         bad = user.publisher(Float64, 'cmd_brush_speed')
         bad.publish(Float64(data=float('nan')))
         bad.publish(Float64(data=1e308))
+        reports = user.listen(DiagnosticArray, '/diagnostics')
+        user.until(lambda: reports and told(reports[-1])['refused commands'] == '2', 'refusals')
+        user.until(lambda: user.came(speeds) and len(effects(log)) == 3, 'the other commands')
         after = len(speeds)
         user.until(lambda: len(speeds) > after + 100, 'the brush going on')
         code, printed = brush.end()
@@ -63,9 +92,8 @@ def test_in_the_loop(scene, user, tmp_path):
     assert heard['contact_wrench'][-1].header.frame_id == 'brush_mount'
     assert [(marker.ns, marker.id) for marker in heard['bristle_markers'][-1].markers] == [
         ('bristles', 0), ('road', 0), ('contact_force', 0), ('contact_force', 1)]
-    times = np.array([seconds(message) for message in speeds])
-    np.testing.assert_allclose(np.diff(times), 0.005, atol=2e-9)
-
+    assert chunks(speeds)
+    assert follow_each_other(log)
     done = run('replay', log, '--verify')
     assert (done.returncode, 'identical' in done.stdout) == (0, True), done.stdout + done.stderr
     last = samples(log, 'tip_pose')[-1][0]
@@ -74,11 +102,10 @@ def test_in_the_loop(scene, user, tmp_path):
     assert done.returncode == 0, done.stderr
     for topic in heard.keys() - {'bristle_markers'}:
         assert samples(log, topic) == samples(again, topic)
-    effects = [(entry.step, entry.name) for entry in Recording(log).entries()
-               if entry.name.startswith('cmd_')]
     # Topics keep no order among each other on their way.
-    assert sorted(name for _, name in effects) == ['cmd_brush_speed', 'cmd_penetration', 'cmd_vel']
-    assert all(step % 10 == 0 for step, _ in effects), 'commands take effect at chunk starts'
+    assert sorted(name for _, name in effects(log)) == [
+        'cmd_brush_speed', 'cmd_penetration', 'cmd_vel']
+    assert all(step % 10 == 0 for step, _ in effects(log)), 'commands take effect at chunk starts'
 
 
 def test_pause_step_reset(scene, user):
@@ -139,17 +166,20 @@ def test_clock_origin_and_qos_overrides(scene, user):
         clocks, states = user.listen(Clock, '/clock'), user.listen(JointState, 'joint_states')
         reports = user.listen(DiagnosticArray, '/diagnostics')
         user.until(lambda: len(clocks) > 20 and len(states) > 20 and reports, 'clock, diagnostics')
+        user.until(lambda: user.node.get_publishers_info_by_topic('/tip_wrench'), 'tip_wrench')
         assert abs(seconds(states[-1]) - time.time()) < LIMIT, 'stamps are near the time of day'
-        stamps = {(state.header.stamp.sec, state.header.stamp.nanosec) for state in states}
-        assert {(c.clock.sec, c.clock.nanosec) for c in clocks[1:-1]} <= stamps
+        # Either may have been found first, and messages are lost on a busy machine.
+        stamp = states[0].header.stamp
+        assert all(((one.clock.sec - stamp.sec) * 10**9 + one.clock.nanosec - stamp.nanosec)
+                   % 5_000_000 == 0 for one in clocks), 'it tells the ends of chunks'
         (offered,) = user.node.get_publishers_info_by_topic('/tip_wrench')
         assert offered.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
         (status,) = reports[0].status
-        told = {pair.key: pair.value for pair in status.values}
+        values = told(reports[0])
         assert status.name.startswith('brush_node')
-        assert float(told['real-time factor asked']) == 1.0
+        assert float(values['real-time factor asked']) == 1.0
         assert {'real-time factor reached', 'late chunks', 'estimated error', 'Newton failures',
-                'log backlog', 'refused commands'} <= told.keys()
+                'log backlog', 'refused commands'} <= values.keys()
         assert brush.end()[0] == 0
 
 
@@ -171,7 +201,17 @@ def test_transforms(scene, user, tmp_path):
         states = user.listen(JointState, 'left/joint_states')
         poses = user.listen(PoseStamped, 'left/tip_pose')
         markers = user.listen(MarkerArray, 'left/bristle_markers')
-        user.until(lambda: min(map(len, (heard, states, markers, poses))) > 20, 'transforms')
+
+
+        def together():
+            """Return how many chunks have come on every topic."""
+            stamps = [{seconds(store.deserialize_cdr(payload, TF).transforms[0])
+                       for payload in heard[-1000:]}]
+            stamps += [{seconds(state) for state in states},
+                       {seconds(array.markers[0]) for array in markers}]
+            return len(set.intersection(*stamps))
+
+        user.until(lambda: poses and user.came(poses) and together() > 10, 'transforms')
         code, printed = brush.end()
     assert (code, 'no /tf' in printed) == (0, False), printed
     turned = {seconds(state): state.position[0] for state in states}
@@ -243,28 +283,31 @@ def test_lifecycle_by_hand(scene, user, tmp_path):
         assert change(Transition.TRANSITION_ACTIVATE)
         user.until(lambda: len(states) > 20, 'joint_states')
         assert change(Transition.TRANSITION_DEACTIVATE)
-        user.until(lambda: not user.until_quiet(states), 'the last message')
-        held = seconds(states[-1])
+        held = user.pause(states)   # that it is paused as well tells its time
+        assert user.call(SetBool, 'brush_node/pause', data=False).success
+        assert user.came(states) == 0, 'inactive'
         assert change(Transition.TRANSITION_ACTIVATE)
         user.until(lambda: seconds(states[-1]) > held + 0.05, 'going on')
-        times = np.array([seconds(state) for state in states])
-        np.testing.assert_allclose(np.diff(times), 0.005, atol=2e-9,
-                                   err_msg='it goes on where it was held')
         assert change(Transition.TRANSITION_DEACTIVATE)
+        user.pause(states)
+        before = len(states)
         assert change(Transition.TRANSITION_CLEANUP)
         assert (log / 'metadata.yaml').exists(), 'cleanup completes the log'
+        assert follow_each_other(log), 'it went on where it was held'
         assert not change(Transition.TRANSITION_CONFIGURE), 'that log exists already'
         assert state() == 'unconfigured'
         shutil.rmtree(log)
-        before = len(states)
         assert change(Transition.TRANSITION_CONFIGURE), 'once that is mended'
         assert change(Transition.TRANSITION_ACTIVATE)
         user.until(lambda: len(states) > before + 20, 'a second run')
-        assert seconds(states[before]) == pytest.approx(0.005), 'from the start'
-        assert len(user.node.get_publishers_info_by_topic('/joint_states')) == 1
+        user.until(lambda: len(user.node.get_publishers_info_by_topic('/joint_states')) == 1,
+                   'the publisher of the first run had left')
         assert change(Transition.TRANSITION_ACTIVE_SHUTDOWN)
         assert state() == 'finalized'
         assert (log / 'metadata.yaml').exists(), 'shutdown completes the log'
+        assert follow_each_other(log), 'from the start'
+        assert chunks(states[:before])
+        assert chunks(states[before:])
         code, printed = brush.end()
     assert code == 0, printed
     assert printed.count('exists already') == 1, printed
@@ -280,14 +323,20 @@ def test_namespace_twist_and_timeout(scene, user, tmp_path):
         command.linear.x = 0.3
         user.publisher(Twist, 'left/cmd_vel').publish(command)
         user.until(lambda: states, 'left/joint_states')
-        enough = seconds(states[-1]) + 0.6
-        user.until(lambda: seconds(states[-1]) > enough, 'the timeout')
+        reports = user.listen(DiagnosticArray, '/diagnostics')
+
+        def taken():
+            """Whether the log has the command, and what came of its being the last one."""
+            names = [entry.name if entry.name != '~/events' else decode_event(
+                entry.message.data)['event'] for entry in Recording(log).entries()]
+            return 'cmd_vel' in names and 'timeout' in names[names.index('cmd_vel'):]
+
+        user.until(lambda: user.came(states) and reports and taken(), 'the timeout')
         code, printed = brush.end()
     assert code == 0, printed
     entries = list(Recording(log).entries())
     assert {entry.message.channel.topic for entry in entries} >= {
         '/left/tip_pose', '/left/cmd_vel', '/left/brush_node/events', '/diagnostics'}
-    assert any(b'timeout' in entry.message.data for entry in entries if entry.name == '~/events')
     done = run('replay', log, '--verify')
     assert done.returncode == 0, done.stdout + done.stderr
 
@@ -313,14 +362,22 @@ def test_a_log_survives(scene, user, tmp_path, number, times):
     assert (done.returncode, 'identical' in done.stdout) == (0, True), done.stdout + done.stderr
 
 
+def wait_for_handlers(process):
+    """Wait until a process has a handler for SIGTERM, for which Python has none of its own."""
+    end = time.monotonic() + LIMIT
+    while True:
+        status = Path(f'/proc/{process.pid}/status').read_text()
+        caught = int(re.search(r'^SigCgt:\s*(\w+)', status, re.MULTILINE)[1], 16)
+        if caught >> (signal.SIGTERM - 1) & 1:
+            return
+        assert time.monotonic() < end
+        assert process.poll() is None
+        time.sleep(0.01)
+
+
 def test_a_signal_while_it_starts(scene, environment):
     with Brush(scene) as brush:
-        # The handlers are there as soon as the executor's threads are.
-        end = time.monotonic() + LIMIT
-        while len(os.listdir(f'/proc/{brush.process.pid}/task')) < 3:
-            assert time.monotonic() < end
-            assert brush.process.poll() is None
-            time.sleep(0.01)
+        wait_for_handlers(brush.process)
         code, printed = brush.end()
     assert (code, 'Traceback' in printed) == (0, False), printed
 

@@ -32,7 +32,7 @@ def commands(tmp_path):
 
 def run(*arguments):
     return subprocess.run([sys.executable, '-m', 'bristle_ros', 'simulate', *map(str, arguments)],
-                          cwd=ROOT, capture_output=True, text=True, timeout=200)
+                          cwd=ROOT, capture_output=True, text=True, timeout=600)
 
 
 def same(first, second):

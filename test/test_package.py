@@ -43,7 +43,7 @@ def prefix(root, tmp_path_factory):
     done = subprocess.run(
         [sys.executable, '-m', 'pip', '--python', prefix, 'install', '--quiet', '--no-deps',
          '--no-build-isolation', '--no-index', '--disable-pip-version-check', str(source)],
-        env=clean_environment(), capture_output=True, text=True, timeout=300)
+        env=clean_environment(), capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     return prefix
 
@@ -64,7 +64,7 @@ def test_an_installed_verb_runs(prefix, folder, tmp_path):
     environment = clean_environment(PATH=f'{prefix / "bin"}:{os.environ["PATH"]}')
     done = subprocess.run([prefix / folder / 'simulate', 'none.yaml', '--duration', '1'],
                           cwd=tmp_path, env=environment, capture_output=True, text=True,
-                          timeout=60)
+                          timeout=600)
     assert done.returncode == 2
     assert done.stderr == ('simulate: none.yaml: cannot be read (No such file or directory): '
                            'give a scene file\n')
@@ -142,5 +142,5 @@ def test_what_is_missing_is_said_in_one_line(root, tmp_path, version, message):
     for name in ('run.sh', 'tools/venv.sh', 'requirements.txt'):
         shutil.copy2(root / name, checkout / name)
     done = subprocess.run(['sh', checkout / 'run.sh'], env={'PATH': str(tmp_path / 'bin')},
-                          capture_output=True, text=True, timeout=30)
+                          capture_output=True, text=True, timeout=600)
     assert (done.returncode, done.stderr) == (2, message)

@@ -174,7 +174,7 @@ def test_unusable_input_is_one_line_and_exit_2(run, root, arguments, message):
     if not (folder / 'empty.mcap').exists():
         logs.Log(folder / 'empty.mcap', scene).close()
     done = subprocess.run([sys.executable, '-m', 'bristle_ros', 'plot', *arguments], cwd=folder,
-                          capture_output=True, text=True, timeout=60)
+                          capture_output=True, text=True, timeout=600)
     assert done.returncode == 2, done.stderr
     assert done.stdout == ''
     assert done.stderr.count('\n') == 1

@@ -1,6 +1,8 @@
 """Logs of real runs, simulated again, published again, and made whole again."""
+import itertools
 import os
 from pathlib import Path
+import re
 import shutil
 import signal
 import struct
@@ -28,6 +30,7 @@ SCENE = from_parameters({
     'brush.bristle_count': 2, 'solver.elements': 3, 'solver.integration_time_step': 5e-4,
     'damping.stiffness': 1e-3, 'road.penetration': 0.02, 'run.chunk': 0.0035,
     'run.sample': 0.001}, 'test')
+LIMIT = 600.0   # [s] before a wait is a failure: compiling on a busy machine takes minutes
 ITS = SCENE.solver.integration_time_step
 COMMANDS = [Event(50, 'command', 'cmd_brush_speed', (14.0,)),
             Event(91, 'command', 'cmd_vel', (0.5, 0.0, 0.1)),
@@ -323,7 +326,7 @@ def listener():
             getattr(import_module(f'{package}.msg'), name), topic.name,
             arrived.setdefault(topic.name, []).append, 1000, raw=True)
 
-    def wait(until, limit=60.0):
+    def wait(until, limit=LIMIT):
         end = time.monotonic() + limit
         while not until(arrived) and time.monotonic() < end:
             executor.spin_once(0.1)
@@ -354,12 +357,14 @@ def test_replay_publishes_the_same_bytes_to_the_end(logged, listener):
     expected = outputs_of(logged)
     process = start_replay(logged, '--rate', 0.5)
     arrived = listener(
-        lambda got: all(expected[name][-1] in got[name] for name in got) or process.poll())
-    output, errors = process.communicate(timeout=60)
-    for name, payloads in arrived.items():
-        # A subscriber that was found late has missed the first ones.
-        assert payloads == expected[name][-len(payloads):], name
+        lambda got: all(expected[name][-1] in got[name] for name in got)
+        or process.poll() is not None and all(got.values()))
+    output, errors = process.communicate(timeout=LIMIT)
     assert (process.returncode, errors) == (0, '')
+    for name, payloads in arrived.items():
+        # A subscriber that was found late has missed the first ones, and a slow one others.
+        places = [expected[name].index(payload) for payload in payloads]
+        assert places == sorted(set(places)), name
     assert f'published {5 * 150} messages' in output
 
 
@@ -368,17 +373,17 @@ def test_replay_in_a_loop_ends_on_a_signal(logged, listener, number):
     expected = outputs_of(logged)['joint_states']
     process = start_replay(logged, '--loop', '--ros-args', '-r', '/tip_pose:=/elsewhere')
     arrived = listener(
-        lambda got: len(got['joint_states']) > 2 * len(expected) or process.poll())
+        lambda got: len(got['joint_states']) > 2 * len(expected) or process.poll() is not None)
     process.send_signal(number)
-    output, errors = process.communicate(timeout=60)
-    payloads = arrived['joint_states']
-    first = expected.index(payloads[0])
-    turns = (expected * (2 + len(payloads) // len(expected)))[first:first + len(payloads)]
-    assert len(payloads) > 2 * len(expected)
-    assert payloads == turns
+    output, errors = process.communicate(timeout=LIMIT)
+    places = [expected.index(payload) for payload in arrived['joint_states']]
+    steps = [after - before for before, after in itertools.pairwise(places)]
+    assert len(places) > 2 * len(expected)
+    # A slow subscriber loses some; but each turn gives a message once, and in order.
+    turns = int(re.search(r'published (\d+) messages', output)[1]) // (5 * len(expected))
+    assert 2 <= sum(step <= 0 for step in steps) <= turns
     assert arrived['tip_pose'] == []
     assert (process.returncode, errors) == (0, '')
-    assert 'published' in output
 
 
 def test_the_log_of_a_killed_run_is_identical(tmp_path):
@@ -388,7 +393,7 @@ def test_the_log_of_a_killed_run_is_identical(tmp_path):
                                cwd=Path(__file__).parent, env=os.environ, stdout=subprocess.PIPE)
     process.stdout.readline()
     path = tmp_path / 'run' / 'run_0.mcap'
-    end = time.monotonic() + 300.0  # compiling may come first
+    end = time.monotonic() + LIMIT
     while not (path.exists() and path.stat().st_size > 100_000) and time.monotonic() < end:
         time.sleep(0.02)
     process.kill()

@@ -256,7 +256,7 @@ def test_a_page_is_complete_in_one_file(tmp_path):
 def test_the_verb_writes_page_and_tables(root, tmp_path):
     done = subprocess.run(
         [sys.executable, '-m', 'bristle_ros', 'report', '--quick', '--only', 'theory', '--output',
-         str(tmp_path / 'out')], cwd=root, text=True, capture_output=True, timeout=300)
+         str(tmp_path / 'out')], cwd=root, text=True, capture_output=True, timeout=600)
     assert done.returncode == 0, done.stderr
     content = (tmp_path / 'out' / 'index.html').read_text(encoding='utf-8')
     assert 'python3 -m bristle_ros report --quick --only theory' in content
@@ -271,6 +271,6 @@ def test_the_verb_writes_page_and_tables(root, tmp_path):
 
 def test_unusable_input_is_one_line(root):
     done = subprocess.run([sys.executable, '-m', 'bristle_ros', 'report', '--only', 'all'],
-                          cwd=root, text=True, capture_output=True, timeout=60)
+                          cwd=root, text=True, capture_output=True, timeout=600)
     assert done.returncode == 2
     assert done.stderr.count('\n') == 1

@@ -82,7 +82,7 @@ def rcl():
     def ask(cases):
         done = subprocess.run(
             [sys.executable, str(Path(__file__).with_name('rcl_reader.py'))], text=True,
-            timeout=120, capture_output=True,
+            timeout=600, capture_output=True,
             input=''.join(json.dumps(case) + '\n' for case in cases))
         answers = [json.loads(line) for line in done.stdout.splitlines()]
         assert len(answers) == len(cases), done.stderr
