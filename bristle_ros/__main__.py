@@ -4,13 +4,16 @@ The command line: `python3 -m bristle_ros VERB ...`, and the executables that RO
 Each verb parses its own arguments, in the module that does it. That module is imported only then,
 so that `--help`, `--version` and `scene --keys` need neither numba nor ROS.
 """
-import difflib
 from importlib import import_module
 import os
+import signal
 import sys
 
-from . import __version__
-from .scene_error import SceneError
+if __name__ == '__main__' and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)    # until `run` can answer with one line
+
+from . import __version__  # noqa: E402
+from .scene_error import SceneError  # noqa: E402
 
 # Verb: module whose main(arguments) does it, and what it does.
 VERBS = {
@@ -42,6 +45,7 @@ def main(arguments=None):
     if verb == '--version':
         print(f'bristle_ros {__version__}')
         return DONE
+    import difflib  # here: what it imports would be in the way of Ctrl-C
     near = difflib.get_close_matches(verb, VERBS, 1) or ['--help']
     wrong = f'{verb!r} is no verb, did you mean {near[0]}?' if verb else 'no verb'
     return _fail('bristle_ros', f'{wrong} (--help lists them)', UNUSABLE_INPUT)
@@ -50,6 +54,8 @@ def main(arguments=None):
 def run(verb, arguments):
     """Do one verb; turn what can go wrong into one line on stderr and an exit code."""
     try:
+        if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         code = import_module(f'.{VERBS[verb][0]}', __package__).main(arguments)
         sys.stdout.flush()
         return DONE if code is None else code

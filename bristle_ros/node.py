@@ -23,19 +23,22 @@ class _Bell:
     Wakes the main thread for a signal or for another thread.
 
     A pipe and no lock, so that it can be rung from a signal handler at any moment; and a handler
-    throws nothing, so that a second Ctrl-C cannot tear a log that is being completed.
+    throws nothing, so that a second Ctrl-C cannot tear a log that is being completed. As long as
+    `begun` is false there is nothing to complete, and a signal ends the process where it is.
     """
 
     def __init__(self):
         self._read, self._write = os.pipe()
         os.set_blocking(self._read, False)
         os.set_blocking(self._write, False)
-        self.rung = False
+        self.rung = self.begun = False
         signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
         for number in _STOP:
             signal.signal(number, self._take)
 
     def _take(self, number, frame):
+        if not self.begun:
+            os._exit(0)  # importing takes seconds, on a busy machine many
         self.rung = True
 
     def ring(self):
@@ -92,6 +95,7 @@ class _Run:
         self.failure = None
         self._bell = bell
         self._terminal = sys.stderr.isatty()
+        bell.begun = True
         self._node = BrushNode(scene, self._end, wall_ns=time.time_ns)
         for note in notes:
             self._node.get_logger().warning(note)
@@ -107,6 +111,8 @@ class _Run:
     def _bring_up(self):
         from rclpy.lifecycle import TransitionCallbackReturn
         self._timer.cancel()
+        if self._bell.rung:
+            return
         self._node.quiet = True  # what goes wrong now ends the process, with a line of its own
         for transition in (self._node.trigger_configure, self._node.trigger_activate):
             if transition() != TransitionCallbackReturn.SUCCESS:
