@@ -12,8 +12,8 @@ import sys
 if __name__ == '__main__' and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     signal.signal(signal.SIGINT, signal.SIG_DFL)    # until `run` can answer with one line
 
-from . import __version__  # noqa: E402
-from .scene_error import SceneError  # noqa: E402
+from . import __version__
+from .scene_error import SceneError
 
 # Verb: module whose main(arguments) does it, and what it does.
 VERBS = {

@@ -1,9 +1,10 @@
 """
 Run as a program: a /clock of its own, and a look at whether anybody runs ahead of it.
 
-Commands, one per line on stdin: `run FACTOR`, `jump SECONDS`, `time`. Each is answered by a line
-of JSON: the clock's time [ns], the last stamp of joint_states [ns], how many came, and the most
-that one was ahead of the clock [ns]. It starts with the first `run`; `run 0` holds it.
+Commands, one per line on stdin: `run FACTOR`, `jump SECONDS`, `zero`, `rate HERTZ`, `time`. Each
+is answered by a line of JSON: the clock's time [ns], the last stamp of joint_states [ns], how many
+came, the most that one was ahead of the clock [ns], and how often the clock has ticked. It starts
+with the first `run`; `run 0` holds it.
 """
 import json
 import sys
@@ -15,7 +16,8 @@ from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-PERIOD = 0.01       # [s] of wall time between ticks
+RATE = 100.0        # [Hz] of ticks, in wall time
+BURST = 100         # ticks at once, to make up for being late
 
 
 class Master:
@@ -26,6 +28,7 @@ class Master:
         self.node.create_subscription(
             JointState, 'joint_states', self.hear, QoSProfile(depth=1000))
         self.time, self.factor = round(start * 1e9), None
+        self.period, self.ticks = 1.0 / RATE, 0
         self.lock = threading.Lock()    # commands come from another thread than messages
         self.last, self.count, self.ahead, self.blind = 0, 0, -10**18, False
 
@@ -44,26 +47,35 @@ class Master:
             now = time.monotonic()
             if self.factor is None:
                 wall = now
-            elif now - wall >= PERIOD:
-                with self.lock:
-                    self.time += round((now - wall) * self.factor * 1e9)
-                    seconds, nanoseconds = divmod(self.time, 10**9)
+            elif now - wall >= self.period:
+                count = min(BURST, int((now - wall) / self.period))
+                for _ in range(count):
+                    self.tick((now - wall) / count)
                 wall = now
-                message = Clock()
-                message.clock.sec, message.clock.nanosec = seconds, nanoseconds
-                self.publisher.publish(message)
-            rclpy.spin_once(self.node, timeout_sec=PERIOD / 4)
+            rclpy.spin_once(self.node, timeout_sec=self.period / 4)
+
+    def tick(self, elapsed):
+        with self.lock:
+            self.time += round(elapsed * self.factor * 1e9)
+            self.ticks += 1
+            seconds, nanoseconds = divmod(self.time, 10**9)
+        message = Clock()
+        message.clock.sec, message.clock.nanosec = seconds, nanoseconds
+        self.publisher.publish(message)
 
     def obey(self, line):
         word, _, value = line.strip().partition(' ')
         with self.lock:
             if word == 'run':
                 self.factor = float(value)
-            elif word == 'jump':
-                self.blind = float(value) < 0.0     # messages from before may still come
-                self.time += round(float(value) * 1e9)
+            elif word == 'rate':
+                self.period = 1.0 / float(value)
+            elif word in ('jump', 'zero'):
+                by = round(float(value) * 1e9) if value else -self.time
+                self.blind = by < 0     # messages from before may still come
+                self.time += by
             return json.dumps({'time': self.time, 'last': self.last, 'count': self.count,
-                               'ahead': self.ahead})
+                               'ahead': self.ahead, 'ticks': self.ticks})
 
 
 if __name__ == '__main__':

@@ -2,7 +2,7 @@
 """
 Do faults to running nodes and check what is promised: campaign.py [--long] [--seed N] [FAULT ...].
 
-The short form does a few in less than a minute and is a part of the tests; the long one kills 50
+The short form does a few in about a minute and is a part of the tests; the long one kills 50
 times and takes a quarter of an hour. The seed fixes every random choice, all else is up to the
 machine.
 """
@@ -29,7 +29,8 @@ from faults import FAULTS, TIMES  # noqa: E402
 from promises import BrokenPromiseError, SCENE  # noqa: E402
 
 BY_NAME = {fault.__name__: fault for fault in FAULTS}
-SHORT = {'kill': 3, 'full_disk': 1, 'nonsense': 1, 'mangled': 1}
+SHORT = {'kill': 3, 'interrupt_start': 2, 'followed_clock': 1, 'full_disk': 1, 'nonsense': 1,
+         'mangled': 1}
 
 
 def do(name, number, seed, long, keep=None):

@@ -4,6 +4,7 @@ What is done to a node. Each takes (place, rng, long), keeps its files in `place
 A promise that does not hold raises BrokenPromiseError. `rng` chooses every moment.
 """
 import contextlib
+import json
 import os
 import resource
 import shutil
@@ -13,8 +14,10 @@ import sys
 import time
 
 from bristle_ros.recording import Recording
-from promises import Brush, count_of, killed, peer, Process, promise, SCENE, whole
+from promises import (Brush, count_of, killed, peer, Process, promise, ROOT, same, SCENE,
+                      whole)
 
+CHUNK = 5_000_000   # [ns]
 ON = 400        # [steps] that a brush which goes on is waited for: a busy machine may be slow
 
 
@@ -40,6 +43,29 @@ def interrupt_twice(place, rng, long):
         brush.send(signal.SIGINT)
         took = brush.ended(0)
     return {'messages': len(whole(brush.log)), 'ended in [s]': took}
+
+
+def interrupt_start(place, rng, long):
+    """SIGINT while it starts, at any moment from when it has its handlers until it steps."""
+    with Brush(place) as brush:
+        brush.until(lambda: catches(brush.pid, signal.SIGTERM), 'it had handlers')
+        delay = rng.uniform(0.0, 3.0)
+        end = time.monotonic() + delay
+        while brush.alive and time.monotonic() < end:
+            time.sleep(0.01)
+        brush.send(signal.SIGINT)
+        took = brush.ended(0)
+    entries = whole(brush.log, simulate=False) if brush.log.exists() else []
+    if any(entry.name == 'tip_pose' for entry in entries):
+        same(brush.log)
+    return {'after [s]': delay, 'ended in [s]': took, 'messages': len(entries)}
+
+
+def catches(pid, number):
+    """Return whether a process has a handler for a signal; Python has none for SIGTERM."""
+    with open(f'/proc/{pid}/status', encoding='ascii', errors='replace') as stream:
+        (mask,) = [line.split()[1] for line in stream if line.startswith('SigCgt:')]
+    return int(mask, 16) >> (number - 1) & 1
 
 
 def terminate(place, rng, long):
@@ -217,6 +243,50 @@ def wall_clock(place, rng, long):
     return {'real-time factor': factor, 'by': 'a shim of clock_gettime'}
 
 
+def followed_clock(place, rng, long):
+    """A /clock that is followed jumps ahead, back and to zero, stands still, comes at 10 kHz."""
+    master = [sys.executable, ROOT / 'test/clock_master.py', rng.uniform(500.0, 2000.0)]
+    with Process(master, place / 'clock.txt', stdin=subprocess.PIPE) as clock, Brush(
+            place, 'use_sim_time:=true') as brush:
+
+        def tell(command):
+            """Give the clock a command; return what it saw: time and last stamp [ns], ahead."""
+            before = clock.text.count('\n')
+            clock.write(f'{command}\n')
+            clock.until(lambda: clock.text.count('\n') > before, f'an answer to {command}')
+            return json.loads(clock.text.splitlines()[before])
+
+        def follows():
+            told = tell('time')
+            return told['count'] and 0 <= told['time'] - told['last'] < CHUNK
+
+        tell('run 1')
+        brush.ready()
+        for jump, said in ((rng.uniform(50.0, 200.0), '/clock ran ahead'),
+                           (rng.uniform(-200.0, -50.0), '/clock went back by')):
+            tell(f'jump {jump}')
+            brush.until(lambda said=said: said in brush.text, f'it said: {said}')
+            goes_on(brush)
+        tell('zero')    # this is not said again within 5 s
+        goes_on(brush)
+        tell('run 0')
+        brush.until(follows, 'it came to where the clock stands')
+        before = tell('time')['count']
+        brush.run(5.0 if long else 1.0)
+        promise(tell('time')['count'] == before, 'it went on while the clock stood')
+        ticks, start = tell('rate 10000')['ticks'], time.monotonic()
+        tell('run 1')
+        brush.run(20.0 if long else 2.0)
+        goes_on(brush)
+        ticks = (tell('run 0')['ticks'] - ticks) / (time.monotonic() - start)
+        brush.until(follows, 'it came to where the clock stands after the flood')
+        told = tell('time')
+        took = brush.stop()
+    promise(told['ahead'] <= 0, f'a stamp was {told["ahead"] * 1e-9:.6f} s ahead of /clock')
+    return {'messages': len(whole(brush.log)), 'nearest to /clock [s]': told['ahead'] * 1e-9,
+            'ticks per second': ticks, 'ended in [s]': took}
+
+
 def network(place, rng, long):
     """The wire between two hosts is cut and joined: the brush goes on, the subscriber gets on."""
     if subprocess.run(['unshare', '-n', 'true'], capture_output=True).returncode:
@@ -296,6 +366,8 @@ def mangled(place, rng, long):
     return mangle(place, rng, 1500 if long else 80, SCENE.encode(), brush.file.read_bytes())
 
 
-FAULTS = [kill, interrupt_twice, terminate, suspend, full_disk, gone, hanging_subscriber, flood,
-          nonsense, one_path, wall_clock, network, core, mangled]
-TIMES = {'kill': 50, 'interrupt_twice': 5, 'terminate': 3, 'full_disk': 5}   # in the long form
+FAULTS = [kill, interrupt_twice, interrupt_start, terminate, suspend, full_disk, gone,
+          hanging_subscriber, flood, nonsense, one_path, wall_clock, followed_clock, network, core,
+          mangled]
+TIMES = {'kill': 50, 'interrupt_twice': 5, 'interrupt_start': 20, 'terminate': 3,
+         'full_disk': 5}    # in the long form

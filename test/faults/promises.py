@@ -44,6 +44,11 @@ class Process:
                 start_new_session=True, **options)
         self.pid = self._process.pid
 
+    def write(self, text):
+        """Give it a line of input."""
+        self._process.stdin.write(text.encode())
+        self._process.stdin.flush()
+
     def send(self, number):
         self._process.send_signal(number)
 

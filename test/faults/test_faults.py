@@ -20,9 +20,9 @@ def test_short_campaign_breaks_no_promise():
     done = subprocess.run([sys.executable, HERE / 'campaign.py'], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     *held, summary, lost = done.stdout.splitlines()[1:]
-    assert len(held) == 6
+    assert len(held) == 9
     assert all(': held {' in line for line in held)
-    assert summary.startswith('6 faults, 6 survived')
+    assert summary.startswith('9 faults, 9 survived')
     assert lost.startswith('kill -9 cost')
 
 
