@@ -103,4 +103,3 @@ class Outputs:
         payload = messages.encode_diagnostics(self.stamp(step), statuses)
         self._diagnostics.publish(payload)
         return payload
-

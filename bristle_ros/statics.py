@@ -27,4 +27,3 @@ def main(argv):
               f'normal force {found.normal_force[bristle]:.6g} N, '
               f'root moment ({moment[0]:.5g}, {moment[1]:.5g}, {moment[2]:.5g}) mN m')
     return 0
-

@@ -32,8 +32,6 @@ def chunk_of(steps, events=(), failure=None):
     return Chunk(0, max(steps, default=0), samples, SNAPSHOT, tuple(events), failure)
 
 
-
-
 def waits_in(thread, function):
     """Whether a thread is just now in `function` of Python; it stays there when that waits."""
     frame = sys._current_frames().get(thread.ident)

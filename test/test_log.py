@@ -28,6 +28,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosReliability
 import yaml
 
+
 def write_example(log, chunks=30):
     """Write something of everything; return topic -> messages."""
     for number in range(chunks):

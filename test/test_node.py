@@ -202,7 +202,6 @@ def test_transforms(scene, user, tmp_path):
         poses = user.listen(PoseStamped, 'left/tip_pose')
         markers = user.listen(MarkerArray, 'left/bristle_markers')
 
-
         def together():
             """Return how many chunks have come on every topic."""
             stamps = [{seconds(store.deserialize_cdr(payload, TF).transforms[0])

@@ -247,5 +247,3 @@ def run_time_ratio(progress, repeats=3):
     return {'error_percent': 100 * target, 'inertia_s_per_s': mine,
             'displacement_s_per_s': wall, 'displacement_ITS_us': its * 1e6,
             'displacement_error_percent': 100 * error, 'ratio': wall / mine}
-
-

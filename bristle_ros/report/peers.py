@@ -256,5 +256,3 @@ def draw(rows, names):
         whole_decades(panel)
         panel.legend()
     return figure
-
-

@@ -166,5 +166,3 @@ def _draw_panel(panel, name, rows, key):
     panel.set_xlabel('wall seconds per simulated second')
     panel.margins(y=0.1)    # room for the labels
     whole_decades(panel)
-
-
