@@ -198,4 +198,3 @@ def check_start(scene, gaps):
             f'bristle {lowest} would start {-gaps[lowest]:.3g} m inside the road: give '
             'road.approach_time > 0, a smaller penetration or another brush.start_angle',
             key='road.penetration', value=scene.road.penetration)
-

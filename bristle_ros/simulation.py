@@ -284,4 +284,3 @@ class Simulation:
         turned[..., 0] = cosine[:, None] * own[..., 0] - sine[:, None] * own[..., 1]
         turned[..., 1] = sine[:, None] * own[..., 0] + cosine[:, None] * own[..., 1]
         return turned
-

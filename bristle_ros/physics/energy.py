@@ -199,4 +199,3 @@ def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep,
         audit[INJECTED] = max(audit[INJECTED], relative + stored)
     audit[DISSIPATED] += dissipated
     audit[WORK] += work
-
