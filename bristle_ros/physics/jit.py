@@ -30,7 +30,7 @@ def _cache_directory():
         return Path(tempfile.mkdtemp(prefix='bristle_ros_'))
 
 
-numba.config.CACHE_DIR = str(_cache_directory())
+numba.config.CACHE_DIR = str(_cache_directory())  # type: ignore[attr-defined]
 
 # 'contract' fuses multiply-add, 'nsz' and 'arcp' free the vectoriser; NaN and inf stay honest.
 # error_model: the division check of Python is a branch, and a branch stops the vectoriser.

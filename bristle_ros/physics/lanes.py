@@ -137,6 +137,6 @@ def _interpreted(width):
     return load, store, splat
 
 
-_made = _interpreted if config.DISABLE_JIT else _access
+_made = _interpreted if config.DISABLE_JIT else _access  # type: ignore[attr-defined]
 load4, store4, splat4 = _made(4)
 load8, store8, _ = _made(8)
