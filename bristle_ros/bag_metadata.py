@@ -33,8 +33,8 @@ class TopicCount(NamedTuple):
     """A topic of a bag, and how many messages it has."""
 
     name: str
-    type: str
-    hash: str
+    type: str  # noqa: A003
+    hash: str  # noqa: A003
     messages: int
 
 

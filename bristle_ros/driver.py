@@ -103,7 +103,7 @@ class Driver:
 
     @property
     def total_step(self):
-        """Steps since the start of the run; resets do not turn it back."""
+        """Return steps since the start of the run; resets do not turn it back."""
         return self._total
 
     def now(self):
@@ -113,7 +113,7 @@ class Driver:
     @property
     def real_time_factor(self):
         """
-        Simulated seconds per wall second asked for; 0 is as fast as it goes.
+        Return the simulated seconds per wall second asked for; 0 is as fast as it goes.
 
         Where a clock is followed it is that clock's, measured; 0 while it stands still.
         """

@@ -63,7 +63,7 @@ class Log:
 
     @property
     def backlog(self):
-        """Samples that wait to be written."""
+        """Return samples that wait to be written."""
         return self._backlog
 
     def write(self, chunk):

@@ -24,7 +24,7 @@ _message = struct.Struct('<HIQQ')
 class Channel(NamedTuple):
     """A topic of a file."""
 
-    id: int
+    id: int  # noqa: A003
     topic: str
     encoding: str
     schema: str         # its type, `pkg/msg/Type`

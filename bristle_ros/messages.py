@@ -132,7 +132,7 @@ class Topic(NamedTuple):
     """A published topic: how a snapshot becomes its message, and what its float64 values are."""
 
     name: str
-    type: str
+    type: str  # noqa: A003
     encode: Callable[[Snapshot, int], bytes]              # snapshot, stamp [ns]
     decode: Callable[[bytes], tuple[float, ...]]          # the values that `fields` names
     fields: tuple[str, ...]

@@ -6,8 +6,8 @@ import numpy as np
 from .model import build_model, build_state, contact_law, new_scratch
 from .physics import output
 from .physics.chain import OK
-from .physics.equilibrium import settle
 from .physics.contact_law import SLIP
+from .physics.equilibrium import settle
 from .physics.frame import APPROACHING, PENETRATION, SPIN_RATE
 from .physics.layout import LANES, ROWS, X, X0
 from .physics.stepping import own_frame

@@ -40,7 +40,7 @@ class Recording:
 
     @property
     def scene(self):
-        """The Scene that was simulated."""
+        """Return the Scene that was simulated."""
         text = self._entry('scene', 'yaml')
         if self._head.get('attachment', text.encode()) != text.encode():
             raise SceneError('its scene is damaged: record and attachment differ',
@@ -51,7 +51,7 @@ class Recording:
 
     @property
     def machine(self):
-        """What `machine.provenance` said where it was made."""
+        """Return what `machine.provenance` said where it was made."""
         return self._head.get('machine', {})
 
     @property

@@ -29,7 +29,7 @@ class Key:
     description: str
 
     @property
-    def range(self):
+    def range(self):  # noqa: A003
         """Say in words what the key accepts, as the error messages do."""
         if self.choices:
             return 'one of ' + ', '.join(self.choices)

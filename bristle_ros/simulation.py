@@ -82,7 +82,7 @@ class Simulation:
 
     @property
     def model(self):
-        """The Model being stepped; another of the same sizes may take its place."""
+        """Return the Model being stepped; another of the same sizes may take its place."""
         return self._stepper.model
 
     @model.setter
@@ -96,7 +96,7 @@ class Simulation:
 
     @property
     def newton_failures(self):
-        """Attempts at a step that Newton gave up, all bristles, since the start."""
+        """Return attempts at a step that Newton gave up, all bristles, since the start."""
         return int(self.state.counts[:, FAILURES].sum())
 
     def _to_start(self):

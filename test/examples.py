@@ -27,7 +27,7 @@ SNAPSHOT = random_snapshot(1)
 
 
 def chunk_of(steps, events=(), failure=None):
-    """A chunk with samples at these steps, all of the same state."""
+    """Return a chunk with samples at these steps, all of the same state."""
     samples = tuple(SNAPSHOT._replace(step=step, t=step * ITS) for step in steps)
     return Chunk(0, max(steps, default=0), samples, SNAPSHOT, tuple(events), failure)
 

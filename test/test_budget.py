@@ -1,14 +1,14 @@
 """The budget of adaptive steps: what it decides, and that its decisions are replayed."""
 from dataclasses import replace
 
-from bristle_ros.budget import LOOSEST, LoadBudget, PERIOD, TIGHTEST
+from bristle_ros.budget import LoadBudget, LOOSEST, PERIOD, TIGHTEST
 from bristle_ros.driver import Driver
 from bristle_ros.log import Log
 from bristle_ros.scene import Run
 from bristle_ros.simulation import Simulation
 from bristle_ros.verify import verify
-import pytest
 from physics.scenes import free_rotation
+import pytest
 
 MS = 1_000_000
 

@@ -14,7 +14,7 @@ MS = 1_000_000
 
 
 class Clock:
-    """Steady time that stands still until a test turns it. [ns]"""
+    """Steady time [ns] that stands still until a test turns it."""
 
     def __init__(self):
         self.now = 7_000_000_000

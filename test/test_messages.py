@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 import sys
 
-from bristle_ros import messages, message_types
+from bristle_ros import message_types, messages
 from examples import random_snapshot
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -49,7 +49,7 @@ def assert_same_bytes(payload, message, type_name):
 
 
 def by_hand(topic, snapshot, stamp):
-    """The same message filled field by field with ROS's own class."""
+    """Return the same message filled field by field with ROS's own class."""
     message = ros_class(topic.type)()
     if topic.type == messages.WRENCH:
         frame, force, torque = {

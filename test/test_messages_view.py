@@ -99,7 +99,7 @@ def test_transform_bytes_are_those_of_rosbags(mode, links, prefix):
 
 
 def rotated(quaternion, vectors):
-    """The quaternion as a matrix that needs no other formula of ours; source: its definition."""
+    """Return the quaternion as a matrix, from its definition: no other formula of ours."""
     x, y, z, w = quaternion
     axis = np.array([x, y, z])
     return (vectors + 2.0 * np.cross(axis, np.cross(axis, vectors) + w * vectors))

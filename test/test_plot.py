@@ -16,7 +16,7 @@ DURATION = 0.3
 
 @pytest.fixture(scope='module')
 def run(root, tmp_path_factory):
-    """A tilted brush that meets the road, with a command: run.mcap and run.npz, and the scene."""
+    """Record a tilted brush that meets the road: run.mcap with a command, run.npz, the scene."""
     folder = tmp_path_factory.mktemp('plot')
     overrides = {'road.tilt_azimuth': 2.1, 'road.approach_time': 0.05, 'solver.elements': 4,
                  'brush.bristle_count': 2, 'brush.wires_per_bristle': 3}

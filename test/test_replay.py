@@ -387,7 +387,7 @@ def test_replay_in_a_loop_ends_on_a_signal(logged, listener, number):
 
 
 def test_the_log_of_a_killed_run_is_identical(tmp_path):
-    script = ("import sys; from test_replay import run; from pathlib import Path\n"
+    script = ('import sys; from test_replay import run; from pathlib import Path\n'
               "print('ready', flush=True); run(Path(sys.argv[1]), duration=10**9)")
     process = subprocess.Popen([sys.executable, '-c', script, str(tmp_path / 'run')],
                                cwd=Path(__file__).parent, env=os.environ, stdout=subprocess.PIPE)

@@ -145,7 +145,7 @@ def test_overrides_mean_what_rcl_makes_of_them(rcl):
 
 @pytest.mark.parametrize('rules', REMAPS)
 def test_sections_are_for_the_nodes_that_rcl_gives_them_to(rcl, tmp_path, rules):
-    """One parameter for each section, named by its number: which of them does the node get?"""
+    """Of one parameter for each section, named by its number, the node gets what rcl gives it."""
     path = tmp_path / 'nodes.yaml'
     path.write_text(''.join(f'"{section}":\n  ros__parameters:\n    p{number}: 1\n'
                             for number, section in enumerate(SECTIONS)), encoding='utf-8')

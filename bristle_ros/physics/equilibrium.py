@@ -100,14 +100,14 @@ def settle(model, law, s, mids, chain, tip, frame, load, scratch):
                 n1, n2, n3 = rotate_back(frame, ROTATION, 0.0, 0.0, tip[FORCE + 2])
                 f1, f2, f3 = f1 + n1, f2 + n2, f3 + n3
             s[tip_block, R * LANES + lane] += ((1.0 - 2.0 * (q2 * q2 + q3 * q3)) * f1
-                                    + 2.0 * (q1 * q2 + q0 * q3) * f2
-                                    + 2.0 * (q1 * q3 - q0 * q2) * f3)
+                                               + 2.0 * (q1 * q2 + q0 * q3) * f2
+                                               + 2.0 * (q1 * q3 - q0 * q2) * f3)
             s[tip_block, (R + 1) * LANES + lane] += (2.0 * (q1 * q2 - q0 * q3) * f1
-                                          + (1.0 - 2.0 * (q1 * q1 + q3 * q3)) * f2
-                                          + 2.0 * (q2 * q3 + q0 * q1) * f3)
+                                                     + (1.0 - 2.0 * (q1 * q1 + q3 * q3)) * f2
+                                                     + 2.0 * (q2 * q3 + q0 * q1) * f3)
             s[tip_block, (R + 2) * LANES + lane] += (2.0 * (q1 * q3 + q0 * q2) * f1
-                                          + 2.0 * (q2 * q3 - q0 * q1) * f2
-                                          + (1.0 - 2.0 * (q1 * q1 + q2 * q2)) * f3)
+                                                     + 2.0 * (q2 * q3 - q0 * q1) * f2
+                                                     + (1.0 - 2.0 * (q1 * q1 + q2 * q2)) * f3)
             for i in range(3):
                 s[tip_block, (R + 3 + i) * LANES + lane] += load[3 + i]
             eliminate(s, elements, mids, chain)

@@ -42,7 +42,7 @@ def begin_step(s, blocks, h, scheme, trend):
                 v = s[j, (V0 + row) * LANES + i]
                 a = s[j, (A0 + row) * LANES + i]
                 s[j, (HA + row) * LANES + i] = (by_velocity * v + by_pseudo * a
-                                             + by_acceleration * s[j, (ACC0 + row) * LANES + i])
+                                                + by_acceleration * s[j, (ACC0 + row) * LANES + i])
                 s[j, (HV + row) * LANES + i] = keep * v + drift * a
         for row in range(3):
             for i in range(LANES):

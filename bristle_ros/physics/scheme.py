@@ -25,6 +25,7 @@ from .jit import jit
 TIGHTEST = 1e-11        # tolerance that short steps are not held below: rounding is near
 LOOSEST_STEP = 2e-4     # [s] the tolerance falls with the square of steps below
 
+
 class Scheme(NamedTuple):
     """Coefficients of the integrator, and Newton's tolerance."""
 

@@ -8,12 +8,11 @@ close points.
 """
 import math
 
-import numpy as np
-
 from bristle_ros.report.page import new_figure
 from bristle_ros.report.peer_scenes import RPM
 from bristle_ros.report.runs import run
 from bristle_ros.scene import Bristle, Brush, Contact, Damping, Drive, Run, Scene, Solver
+import numpy as np
 
 MODES = 12
 _BRISTLE, _BRUSH = Bristle(), Brush()

@@ -8,12 +8,11 @@ the frame. ITS is the integrator's step in both.
 from dataclasses import replace
 import math
 
-import numpy as np
-
 from bristle_ros.report.page import new_figure
 from bristle_ros.report.peer_scenes import our_scene, RPM
 from bristle_ros.report.runs import impulse_error, run, tip_error, total_impulse
 from bristle_ros.scene import Contact, Damping, Drive, Road, Run, Scene, Solver
+import numpy as np
 
 MU_S, MU_K, DECAY = 0.70, 0.27, 0.40
 INTEGRATORS = {

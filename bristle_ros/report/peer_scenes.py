@@ -8,10 +8,9 @@ normal force Kn d (1 + d' s/m), friction regularised at 1 cm/s. Ours keeps exact
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from bristle_ros.scene import (Brush, Contact, Damping, Drive, Friction, Road, Run, Scene, Solver,
                                Sweeper)
+import numpy as np
 
 RPM = math.pi / 30.0
 LENGTH, BREADTH, WIDTH = 0.240, 0.002, 0.0005

@@ -10,12 +10,11 @@ from dataclasses import replace
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from bristle_ros.report import peers_exudyn, peers_mujoco
 from bristle_ros.report.page import new_figure, whole_decades
 from bristle_ros.report.peer_scenes import our_scene, peer_scene
 from bristle_ros.report.runs import run
+import numpy as np
 
 TARGETS = (1.0, 0.1)    # [%]
 MARKERS = {'bristle_ros': ('#1f77b4', 'o'), 'exudyn': ('#d62728', 's'), 'mujoco': ('#2ca02c', '^')}

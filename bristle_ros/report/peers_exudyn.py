@@ -11,9 +11,8 @@ from itertools import pairwise
 import math
 import time
 
-import numpy as np
-
 from bristle_ros.report.peer_scenes import BREADTH, E, LENGTH, NU, RHO, TORSION, WIDTH
+import numpy as np
 
 SPECTRAL_RADIUS = 0.6
 

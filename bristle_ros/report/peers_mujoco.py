@@ -9,9 +9,8 @@ bends over one element; the first edge, half of it before the clamp, is held.
 import math
 import time
 
-import numpy as np
-
 from bristle_ros.report.peer_scenes import BREADTH, E, LENGTH, NU, RHO, WIDTH
+import numpy as np
 
 
 def version():

@@ -4,9 +4,8 @@ import os
 import time
 from typing import NamedTuple
 
-import numpy as np
-
 from bristle_ros.scene import steps
+import numpy as np
 
 SAMPLE = 1e-3   # [s] between the samples that errors are taken at
 WINDOW = 5e-3   # [s] over which contact impulses are compared

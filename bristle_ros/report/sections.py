@@ -3,7 +3,7 @@ import os
 
 from bristle_ros.report import (adaptive, campaign, campaign_cases, campaign_map, claims,
                                 estimate as single_steps, features, modes, paper_claims,
-                                peers as others, profile, work_precision)
+                                peers as others, step_profile, work_precision)
 from bristle_ros.report.runs import one_core
 from bristle_ros.scene import from_parameters
 
@@ -106,7 +106,7 @@ def peers(page, progress, options):
               + (' Settings that take minutes are left out.' if options.quick else ''))
     with one_core():
         rows, equal, apart, _ = others.compare(progress, names, quick=options.quick,
-                                              repeats=options.repeats)
+                                               repeats=options.repeats)
     page.figure(others.draw(rows, names), 'error against run time of all programs')
     page.heading('At equal error', 3)
     page.table('peers_equal_error', equal)
@@ -227,5 +227,5 @@ def cost(page, progress, options):
     page.text('One bristle, 12 elements, ITS 0.2 ms; each kernel timed by itself, less an empty '
               'call, times how often a step calls it.')
     with one_core():
-        page.table('profile', profile.profile(progress, quick=options.quick,
-                                              repeats=options.repeats))
+        page.table('profile', step_profile.profile(progress, quick=options.quick,
+                                                   repeats=options.repeats))

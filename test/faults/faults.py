@@ -114,7 +114,7 @@ def small_disk(place, size):
 
 
 def full_disk(place, rng, long):
-    """A disk that fills up: the log ends there, complete; the brush goes on."""
+    """Fill the disk: the log ends there, complete; the brush goes on."""
     size = rng.randrange(120_000, 900_000) // 4096 * 4096
     with small_disk(place, size) as (disk, options, how), Brush(
             place, 'log.compression:=none', log=disk / 'run', **options) as brush:
@@ -127,7 +127,7 @@ def full_disk(place, rng, long):
 
 
 def gone(place, rng, long):
-    """The log's directory is deleted: told, and the brush goes on."""
+    """Delete the log's directory: told, and the brush goes on."""
     with Brush(place) as brush:
         brush.ready().run(rng.uniform(0.0, 0.5))
         shutil.rmtree(brush.log)
@@ -138,7 +138,7 @@ def gone(place, rng, long):
 
 
 def hanging_subscriber(place, rng, long):
-    """A reliable subscriber that reads nothing any more: the brush keeps its pace."""
+    """Let a reliable subscriber read nothing any more: the brush keeps its pace."""
     with Brush(place) as brush, peer(place, 'listen') as listener:
         brush.ready()
         listener.until(lambda: count_of(listener) > 100, 'messages came')
@@ -221,7 +221,7 @@ int clock_gettime(clockid_t id, struct timespec *now) {
 
 
 def wall_clock(place, rng, long):
-    """The time of day jumps back by an hour: the steady clock paces, so nothing happens."""
+    """Set the time of day back by an hour: the steady clock paces, so nothing happens."""
     if shutil.which('cc') is None:
         return {'by': 'not done: needs a C compiler'}
     (place / 'shim.c').write_text(SHIM)
@@ -244,7 +244,7 @@ def wall_clock(place, rng, long):
 
 
 def followed_clock(place, rng, long):
-    """A /clock that is followed jumps ahead, back and to zero, stands still, comes at 10 kHz."""
+    """Let a followed /clock jump ahead, back and to zero, stand still, come at 10 kHz."""
     master = [sys.executable, ROOT / 'test/clock_master.py', rng.uniform(500.0, 2000.0)]
     with Process(master, place / 'clock.txt', stdin=subprocess.PIPE) as clock, Brush(
             place, 'use_sim_time:=true') as brush:
@@ -288,7 +288,7 @@ def followed_clock(place, rng, long):
 
 
 def network(place, rng, long):
-    """The wire between two hosts is cut and joined: the brush goes on, the subscriber gets on."""
+    """Cut and join the wire between two hosts: the brush goes on, the subscriber gets on."""
     if subprocess.run(['unshare', '-n', 'true'], capture_output=True).returncode:
         return {'by': 'not done: network namespaces are not permitted'}
     # Shared memory would carry messages past the cut.

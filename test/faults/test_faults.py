@@ -5,13 +5,13 @@ import subprocess
 import sys
 import time
 
+from bristle_ros.log import Log
 import pytest
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from bristle_ros.log import Log  # noqa: E402
-from examples import chunk_of, SCENE  # noqa: E402
+from examples import chunk_of, SCENE  # noqa: E402, I100
 from mangle import damaged  # noqa: E402
 from promises import BrokenPromiseError, following, killed, whole  # noqa: E402
 

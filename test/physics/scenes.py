@@ -62,7 +62,7 @@ def tilted_sweep(its=2e-5, stiffness=1e4, damping=0.0, viscosity=0.0, friction=(
 
 
 def sliding_sweep(its=1e-4, viscosity=1e-3, **solver):
-    """The scene config/cutting_brush.yaml."""
+    """Return the scene config/cutting_brush.yaml."""
     return Scene(
         brush=Brush(mount_angle=MOUNT_ANGLE), road=Road(penetration=0.02, approach_time=0.2),
         contact=Contact(normal_stiffness=1e5), damping=Damping(mass=0.1, stiffness=viscosity),
