@@ -48,19 +48,19 @@ def _kernels(simulation):
 
 
 def _times(simulation):
-    """Return {kernel: time of a call [us], less that of the same call with no nodes}."""
+    """Return [(kernel, what calls it, time of a call [us], less that with no nodes)]."""
     elements, blocks = simulation.model.elements, simulation.model.blocks
     nodes = simulation.state.nodes[0].copy()
     # no residual, no increment: repeated calls lead nowhere
     nodes.reshape(blocks, ROWS, LANES)[:, R:R + 6] = 0.0
-    times = {}
-    for kernel, (_, call) in _kernels(simulation).items():
+    times = []
+    for kernel, (place, call) in _kernels(simulation).items():
         def often(*arguments, call=call):
             for _ in range(CALLS):
                 call(*arguments)
         full, _ = best_of(lambda: often(nodes, blocks, elements), TURNS)
         empty, _ = best_of(lambda: often(nodes[:0], 0, 0), TURNS)
-        times[kernel] = 1e6 * (full - empty) / CALLS
+        times.append((kernel, place, 1e6 * (full - empty) / CALLS))
     return times
 
 
@@ -75,8 +75,8 @@ def profile(progress, *, quick=False, repeats=5):
         counts = simulation.state.counts[0] / found['steps']
         often = {'step': 1.0, 'iteration': counts[NEWTON], 'matrix': counts[FACTORISATIONS]}
         left = found['step_us']
-        for kernel, each in _times(simulation).items():
-            calls = float(often[_kernels(simulation)[kernel][0]])
+        for kernel, place, each in _times(simulation):
+            calls = float(often[place])
             left -= each * calls
             rows.append({'scene': name, 'kernel': kernel, 'call_us': each,
                          'calls_per_step': calls, 'step_us': each * calls,
