@@ -22,8 +22,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import jit
-from .layout import (DP, DX, ELEMENTS, FORCE, LANES, LFORCE, LQ, LTORQUE, LX, P, PF, PG,
-                     PM, Q, RATE0, RATEACC0, STRAIN, STRAIN0, STRESS, STRESS0, TORQUE, WEIGHT, X)
+from .layout import (DP, DX, ELEMENTS, EXCESS, FORCE, LANES, LFORCE, LQ, LTORQUE, LX, P, PF, PG, PM,
+                     Q, SECTION_FORCE, STRAIN, STRESS, STRESS0, TORQUE, WEIGHT, X)
 
 GAUSS = 1.0 / np.sqrt(3.0)
 # Shape functions at the first Gauss point: left, mid, right; the second one mirrors them.
@@ -91,11 +91,12 @@ def interpolate(s, j, element_length):
 
 
 @jit
-def section_forces(s, j, section, factor):
+def section_forces(s, j, section, factor, mixed):
     """
     Fill STRAIN, STRESS and the weighted terms of the virtual work at each Gauss point of block j.
 
     factor : float    stress = factor * stiffness * strain + STRESS0; 1 without damping
+    mixed : float     1: the section force is SECTION_FORCE, and EXCESS what it would be, less that
     """
     axial = factor * section.axial
     shear_y = factor * section.shear_y
@@ -143,6 +144,15 @@ def section_forces(s, j, section, factor):
         n1 = axial * e1 + s[j, STRESS0 * LANES + i]
         n2 = shear_y * c2 + s[j, (STRESS0 + 1) * LANES + i]
         n3 = shear_z * c3 + s[j, (STRESS0 + 2) * LANES + i]
+        t1 = mixed * (n1 - s[j, SECTION_FORCE * LANES + i])
+        t2 = mixed * (n2 - s[j, (SECTION_FORCE + 1) * LANES + i])
+        t3 = mixed * (n3 - s[j, (SECTION_FORCE + 2) * LANES + i])
+        s[j, EXCESS * LANES + i] = t1
+        s[j, (EXCESS + 1) * LANES + i] = t2
+        s[j, (EXCESS + 2) * LANES + i] = t3
+        n1 = n1 - t1
+        n2 = n2 - t2
+        n3 = n3 - t3
         m1 = torsion * 2.0 * k1 + s[j, (STRESS0 + 3) * LANES + i]
         m2 = bending_y * 2.0 * k2 + s[j, (STRESS0 + 4) * LANES + i]
         m3 = bending_z * 2.0 * k3 + s[j, (STRESS0 + 5) * LANES + i]
@@ -196,7 +206,7 @@ def scatter(s, j, element_length):
 
 
 @jit
-def internal_forces(s, blocks, clamp, section, factor):
+def internal_forces(s, blocks, clamp, section, factor, mixed):
     """
     Fill strains, stresses and the internal force and moment of every node.
 
@@ -206,7 +216,7 @@ def internal_forces(s, blocks, clamp, section, factor):
     gather_left_nodes(s, blocks, clamp)
     for j in range(blocks):
         interpolate(s, j, section.element_length)
-        section_forces(s, j, section, factor)
+        section_forces(s, j, section, factor, mixed)
         scatter(s, j, section.element_length)
     for j in range(blocks):
         for row in range(7):
@@ -236,42 +246,3 @@ def stiffness(section):
     """Return the six section stiffnesses in the order of the strains."""
     return (section.axial, section.shear_y, section.shear_z,
             section.torsion, section.bending_y, section.bending_z)
-
-
-@jit
-def predict_damping(s, blocks, section, viscosity, cv, keep, drift):
-    """
-    Put what the strain rate's history gives into STRESS0.
-
-    Kelvin-Voigt: stress = C (strain + viscosity * rate). The rate follows the strain by the
-    integrator's own recursion, rate = cv (strain - strain0) + keep * rate0 + drift * rateacc0,
-    not through nodal velocities: for small strain that is beta_D K v, a rigid rotation gives
-    exactly none at any step size, and contact stays passive (test_passivity.py).
-
-    viscosity [s] : float     beta_D
-    cv [1/s], keep, drift [s] : float
-    """
-    c = stiffness(section)
-    for j in range(blocks):
-        for row in range(6):
-            scale = viscosity * c[row]
-            for i in range(LANES):
-                s[j, (STRESS0 + row) * LANES + i] = scale * (
-                    keep * s[j, (RATE0 + row) * LANES + i]
-                    + drift * s[j, (RATEACC0 + row) * LANES + i]
-                    - cv * s[j, (STRAIN0 + row) * LANES + i])
-
-
-@jit
-def accept_damping(s, blocks, cv, keep, drift, ca, keep_acc, drift_acc):
-    """Carry strain, its rate and the rate's own acceleration over to the next step."""
-    for j in range(blocks):
-        for row in range(6):
-            for i in range(LANES):
-                change = s[j, (STRAIN + row) * LANES + i] - s[j, (STRAIN0 + row) * LANES + i]
-                rate = s[j, (RATE0 + row) * LANES + i]
-                acceleration = s[j, (RATEACC0 + row) * LANES + i]
-                s[j, (RATE0 + row) * LANES + i] = cv * change + keep * rate + drift * acceleration
-                s[j, (RATEACC0 + row) * LANES + i] = (
-                    ca * change - keep_acc * rate - drift_acc * acceleration)
-                s[j, (STRAIN0 + row) * LANES + i] = s[j, (STRAIN + row) * LANES + i]

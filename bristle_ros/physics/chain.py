@@ -12,8 +12,9 @@ import numpy as np
 from .jit import jit
 from .lanes import load4, load8, store4, store8
 from .layout import ELEMENTS, INERTIA, LANES, LR, MASS, Q, R, TORQUE
-from .tangent import (add_to, BLOCK, block_tangent, LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT,
-                      MIDDLE_MIDDLE, MIDDLE_RIGHT, moment_tangent, RIGHT_RIGHT, TANGENT_WORK)
+from .tangent import (add_to, BLOCK, block_tangent, keep_strain_matrix, LEFT_LEFT, LEFT_MIDDLE,
+                      LEFT_RIGHT, MIDDLE_MIDDLE, MIDDLE_RIGHT, moment_tangent, RIGHT_RIGHT,
+                      TANGENT_WORK)
 
 # record of a corner
 MATRIX = 48
@@ -29,7 +30,8 @@ LEFT_MID = BLOCK            # K_Lm K_mm^-1, for the corner on the left
 RIGHT_MID = 2 * BLOCK       # K_Rm K_mm^-1
 MID_LEFT = 3 * BLOCK        # K_mm^-1 K_mL
 MID_RIGHT = 4 * BLOCK       # K_mm^-1 K_mR
-MIDS = 5 * BLOCK
+STRAIN_MATRIX = 5 * BLOCK   # of the force strains at the Gauss points, mixed.py
+MIDS = STRAIN_MATRIX + 54 * LANES
 
 OK = 0
 SINGULAR = 1
@@ -260,6 +262,7 @@ def factorise(s, elements, section, factor, mass_factor, spin, spin_rate, cv, mi
         lane = e % ELEMENTS
         if lane == 0:
             block_tangent(s[j], section, factor, work)
+            keep_strain_matrix(s[j], work, mids[j], STRAIN_MATRIX)
             _add_nodes(s[j], 0, work, MIDDLE_MIDDLE, mass_factor, spin, spin_rate, cv)
             _add_nodes(s[j], ELEMENTS, work, RIGHT_RIGHT, mass_factor, spin, spin_rate, cv)
             fillers = range(elements - j * ELEMENTS, ELEMENTS)
@@ -292,6 +295,8 @@ def eliminate(s, elements, mids, chain):
     """
     Forward sweep over the residual rows, mid nodes first, then corners from clamp to tip.
 
+    Lanes 4-7 of LR hold what the left corners' residual is still short of: zero, or see mixed.py.
+
     Afterwards the tip's increment is INVERSE times CORNER of the last record.
     """
     blocks = s.shape[0]
@@ -302,7 +307,8 @@ def eliminate(s, elements, mids, chain):
         r4, r5 = load4(rows, (R + 4) * LANES), load4(rows, (R + 5) * LANES)
         for row in range(6):
             store4(rows, (LR + row) * LANES,
-                   _dot(matrices, LEFT_MID + row * _ROW, ELEMENTS, r0, r1, r2, r3, r4, r5))
+                   load4(rows, (LR + row) * LANES + ELEMENTS)
+                   + _dot(matrices, LEFT_MID + row * _ROW, ELEMENTS, r0, r1, r2, r3, r4, r5))
             add_to(rows, (R + row) * LANES + ELEMENTS,
                    -_dot(matrices, RIGHT_MID + row * _ROW, ELEMENTS, r0, r1, r2, r3, r4, r5))
     for e in range(elements):

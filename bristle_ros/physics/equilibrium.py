@@ -86,7 +86,7 @@ def settle(model, law, s, mids, chain, tip, frame, load, scratch):
         converged = False
         size = 0.0
         for _ in range(ITERATIONS):
-            internal_forces(s, blocks, frame[CLAMP:], model.section, 1.0)
+            internal_forces(s, blocks, frame[CLAMP:], model.section, 1.0, 0.0)
             residual(s, blocks, ca, 0.0, 0.0, frame)
             if factorise(s, elements, model.section, 1.0, ca, frame[SPIN:], frame[SPIN_RATE:],
                          0.0, mids, chain, scratch.work) != OK:

@@ -40,7 +40,8 @@ LX = 61         # 3
 LQ = 64         # 4
 LFORCE = 68     # 3
 LTORQUE = 71    # 4
-LR = 134        # 6  residual passed on to the left corner, then its increment
+LR = 134        # 6  residual passed on to the left corner, then its increment; in lanes 4-7 what
+#                      the excess of the section force adds to it
 # point rows
 P = 75          # 4  interpolated quaternion, not of unit length
 DP = 79         # 4  its derivative along the bristle [1/m]
@@ -56,7 +57,11 @@ PM = 112        # 4
 STRAIN0 = 116   # 6
 RATE0 = 122     # 6
 RATEACC0 = 128  # 6
-ROWS = 146
+# point rows of the section force as an unknown of its own (mixed.py)
+SECTION_FORCE0 = 146    # 3  [N] at the start of the step, section axes
+SECTION_FORCE = 149     # 3  now
+EXCESS = 152    # 3  what the strain would make of it, less what it is
+ROWS = 155
 BLOCK = ROWS * LANES
 
 

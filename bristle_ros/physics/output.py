@@ -121,14 +121,14 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
                     for i in range(LANES):
                         s[j, (STRESS0 + component) * LANES + i] = (
                             scale * s[j, (RATE0 + component) * LANES + i])
-            internal_forces(s, model.blocks, clamp, model.section, 0.0)
+            internal_forces(s, model.blocks, clamp, model.section, 0.0, 0.0)
             f1, f2, f3, _, _, _ = clamp_reaction(s, clamp)
             _put_turned(row, DAMPING_FORCE, c_back, s_back, f1, f2, f3)
         else:
             row[DAMPING_FORCE] = 0.0
             row[DAMPING_FORCE + 1] = 0.0
             row[DAMPING_FORCE + 2] = 0.0
-        internal_forces(s, model.blocks, clamp, model.section, 1.0)
+        internal_forces(s, model.blocks, clamp, model.section, 1.0, 0.0)
         f1, f2, f3, m1, m2, m3 = clamp_reaction(s, clamp)
         f1, f2, f3 = turned(c_back, s_back, f1, f2, f3)
         m1, m2, m3 = turned(c_back, s_back, m1, m2, m3)

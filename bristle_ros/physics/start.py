@@ -4,7 +4,7 @@ import numpy as np
 from .beam import internal_forces
 from .frame import CLAMP, DRAG_RATE, DRAG_SPIN
 from .layout import (A0, ACC0, ELEMENTS, HA, HV, INERTIA, LANES, MASS, Q, R, RATEACC0, ROWS,
-                     STRAIN, STRAIN0, V0, X, X0)
+                     SECTION_FORCE0, STRAIN, STRAIN0, STRESS, V0, X, X0)
 from .loads import residual
 from .stepping import own_frame
 
@@ -22,7 +22,8 @@ def initialise(model, viscosity, state, scratch):
     for s, azimuth in zip(state.nodes, model.azimuth):
         own_frame(model, state.motion, azimuth, state.step[0] * model.its, scratch, frame)
         nodes = s.reshape(model.blocks, ROWS, LANES).swapaxes(1, 2)
-        internal_forces(s, model.blocks, frame[CLAMP:], model.section, 1.0)
+        internal_forces(s, model.blocks, frame[CLAMP:], model.section, 1.0, 0.0)
+        nodes[..., SECTION_FORCE0:SECTION_FORCE0 + 3] = nodes[..., STRESS:STRESS + 3]
         _accelerate(model, s, nodes, frame)
         if viscosity is not None:
             _start_strain_rates(model, s, nodes, frame)
@@ -60,7 +61,7 @@ def _start_strain_rates(model, s, nodes, frame):
     x += half * (linear - np.cross(spin, np.cross(spin, x)) - np.cross(rate, x))
     q += np.concatenate((-(q[..., 1:] * turn).sum(axis=-1, keepdims=True),
                          q[..., :1] * turn + np.cross(q[..., 1:], turn)), axis=-1)
-    internal_forces(s, model.blocks, frame[CLAMP:], model.section, 1.0)
+    internal_forces(s, model.blocks, frame[CLAMP:], model.section, 1.0, 0.0)
     nodes[..., RATEACC0:RATEACC0 + 6] = (strain - nodes[..., STRAIN0:STRAIN0 + 6]) / half
     nodes[..., X:X + 7] = nodes[..., X0:X0 + 7]
 

@@ -8,13 +8,16 @@ that integration step. All decisions depend on the state alone, so a run repeats
 """
 from math import sqrt
 
-from .beam import accept_damping, internal_forces, predict_damping
+from .beam import internal_forces
 from .chain import eliminate, factorise, OK, substitute
+from .damping import accept_damping, predict_damping, strains
 from .energy import account_step, DISSIPATED
 from .frame import CLAMP, drive_clamp, frame_at, ROTATION, SPIN, SPIN_RATE, turn_frame
 from .jit import inlined, jit
 from .layout import LANES, MASS, Q, R, tip_lane, X, X0
 from .loads import accept_step, begin_step, local_error, rescale_memory, residual
+from .mixed import (accept_section_forces, add_excess, begin_section_forces,
+                    update_section_forces)
 from .scheme import newton_tolerance
 from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, finish_contact, FORCE,
                   GAP, IMPULSE, LEVEL, MATRIX_STEP, rotate_back, STATE, STEP,
@@ -111,6 +114,7 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
     keep = 1.0 - scheme.gamma / scheme.beta
     drift = h * (1.0 - 0.5 * scheme.gamma / scheme.beta)
     begin_step(s, blocks, h, scheme, tip[TREND])
+    begin_section_forces(s, blocks)
     factor = 1.0
     if viscosity is not None:
         factor = 1.0 + viscosity * cv
@@ -127,7 +131,7 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
     solved = True
     status = NO_CONVERGENCE
     for iteration in range(MAX_ITERATIONS):
-        internal_forces(s, blocks, end[CLAMP:], model.section, factor)
+        internal_forces(s, blocks, end[CLAMP:], model.section, factor, 1.0)
         residual(s, blocks, ca, cv, model.mass_damping, end)
         if refresh:
             tip[MATRIX_STEP] = 0.0
@@ -139,6 +143,7 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
             tip[MATRIX_STEP] = h
         fresh = refresh
         refresh = False
+        add_excess(s, mids)
         eliminate(s, elements, mids, chain)
         if law is not None:
             solved = contact_correction(
@@ -150,6 +155,7 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
                     break
                 refresh = True
         substitute(s, elements, mids, chain)
+        update_section_forces(s, mids, model.section, factor)
         size = move_nodes(s, blocks, model.section.element_length)
         counts[NEWTON] += 1
         if not size < 1e29:
@@ -187,14 +193,15 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
     if refresh:
         tip[MATRIX_STEP] = 0.0
     tip[STEP] = h
-    if audit is not None or viscosity is not None:
-        internal_forces(s, blocks, end[CLAMP:], model.section, factor)
     if audit is not None:
+        internal_forces(s, blocks, end[CLAMP:], model.section, factor, 0.0)
         account_step(model, law, viscosity, audit, s, tip, frames, scratch.turned, cv, keep, drift,
                      h)
     if viscosity is not None:
+        strains(s, blocks, end[CLAMP:], model.section.element_length)
         accept_damping(s, blocks, cv, keep, drift, 1.0 / (scheme.beta * h * h),
                        1.0 / (scheme.beta * h), 0.5 / scheme.beta - 1.0)
+    accept_section_forces(s, blocks)
     tip[TREND] = accept_step(s, blocks, h, scheme)
     if law is not None:
         lost = finish_contact(s, block, lane, law, h, end, tip)

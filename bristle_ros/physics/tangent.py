@@ -23,7 +23,7 @@ Four elements at a time, a lane each; the Gauss points one after the other.
 from .beam import D_FAR, D_MID, D_NEAR, N_FAR, N_MID, N_NEAR, stiffness
 from .jit import jit
 from .lanes import load4, splat4, store4
-from .layout import DP, DX, ELEMENTS, LANES, LQ, P, Q, STRESS, WEIGHT
+from .layout import DP, DX, ELEMENTS, LANES, LQ, P, Q, STRAIN, STRESS, WEIGHT
 
 # rows of eight lanes, four for each Gauss point
 _E_Y = 0                    # 3 x 3, H of e and yv
@@ -248,6 +248,31 @@ def block_tangent(s, section, factor, a):
         for two in range(one, 3):
             _pair(a, one, two, out)
             out += BLOCK
+
+
+@jit
+def keep_strain_matrix(s, a, out, at):
+    """
+    Store the first-order part B of the force strains at out[at:], after `block_tangent`.
+
+    Rows of eight lanes as of Gauss points; for the left, the mid and the right node 3 x 3 for the
+    displacement, D A, and 3 x 3 for the rotation, 2 [c]x N J: d eps = B (u, theta).
+    """
+    for half in (0, ELEMENTS):
+        c1 = 1.0 + load4(s, STRAIN * LANES + half)
+        c2, c3 = load4(s, (STRAIN + 1) * LANES + half), load4(s, (STRAIN + 2) * LANES + half)
+        for node in range(3):
+            terms = (_NODES + _NODE * node) * LANES + half
+            rows = at + 18 * node * LANES + half
+            for i in range(9):
+                store4(out, rows + i * LANES, load4(a, terms + (_A + i) * LANES))
+            for col in range(3):
+                turn = terms + (_NJ + 3 + col) * LANES
+                y1, y2, y3 = (load4(a, turn), load4(a, turn + 3 * LANES),
+                              load4(a, turn + 6 * LANES))
+                store4(out, rows + (9 + col) * LANES, 2.0 * (c2 * y3 - c3 * y2))
+                store4(out, rows + (12 + col) * LANES, 2.0 * (c3 * y1 - c1 * y3))
+                store4(out, rows + (15 + col) * LANES, 2.0 * (c1 * y2 - c2 * y1))
 
 
 @jit

@@ -33,7 +33,7 @@ def _kernels(simulation):
         'move nodes': ('iteration', lambda s, blocks, elements: move_nodes(
             s, blocks, section.element_length)),
         'internal forces': ('iteration', lambda s, blocks, elements: internal_forces(
-            s, blocks, clamp, section, 1.0)),
+            s, blocks, clamp, section, 1.0, 1.0)),
         'residual': ('iteration', lambda s, blocks, elements: residual(
             s, blocks, ca, cv, 0.1, frame)),
         'factorise': ('matrix', lambda s, blocks, elements: factorise(

@@ -66,7 +66,7 @@ class Beam:
 
     def evaluate(self):
         """Evaluate strains and internal forces."""
-        internal_forces(self.s, self.blocks, np.concatenate(self.nodes[0]), self.section, 1.0)
+        internal_forces(self.s, self.blocks, np.concatenate(self.nodes[0]), self.section, 1.0, 0.0)
 
     def at(self, node, row, count):
         """Return `count` rows of a node (1 is the first mid node)."""

@@ -210,6 +210,6 @@ def test_initial_stress_is_added():
     beam = Beam(bent_nodes(4, 2), SECTION)
     strain = beam.points(layout.STRAIN)
     beam.rows[:, layout.STRESS0:layout.STRESS0 + 6] = 0.25
-    internal_forces(beam.s, beam.blocks, np.concatenate(beam.nodes[0]), SECTION, 2.0)
+    internal_forces(beam.s, beam.blocks, np.concatenate(beam.nodes[0]), SECTION, 2.0, 0.0)
     np.testing.assert_allclose(beam.points(layout.STRESS),
                                2.0 * strain * stiffness(SECTION) + 0.25, rtol=1e-14)

@@ -1,7 +1,7 @@
 """The guaranteed step: repeatable to the bit, subdivides, and fails with the last good state."""
 from dataclasses import replace
 
-from bristle_ros.physics.layout import ACC0, LANES, MASS, ROWS, STRAIN0
+from bristle_ros.physics.layout import ACC0, LANES, MASS, ROWS, SECTION_FORCE, STRAIN0
 from bristle_ros.physics.stepping import FAILURES
 from bristle_ros.scene import Damping
 from bristle_ros.simulation import Simulation, StepFailure
@@ -11,7 +11,7 @@ import pytest
 
 SWEEP = bouncing_sweep(its=1e-4)
 # what a step carries over to the next one; the other rows are its own room
-CARRIED = [*range(ACC0 + 6), *range(STRAIN0, ROWS)]
+CARRIED = [*range(ACC0 + 6), *range(STRAIN0, SECTION_FORCE)]
 
 
 def bits(simulation, also=('chain', 'counts')):

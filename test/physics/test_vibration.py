@@ -32,7 +32,7 @@ def frequencies(scene, spin=0.0):
     beam.nodes = nodes
     beam.rows[:, layout.X0:layout.X0 + 7] = beam.rows[:, layout.X:layout.X + 7]
     beam.rows[:, layout.HA:layout.HV + 6] = 0.0
-    internal_forces(beam.s, beam.blocks, clamp, beam.section, 1.0)
+    internal_forces(beam.s, beam.blocks, clamp, beam.section, 1.0, 0.0)
     axes = [matrix(q) for _, q in nodes[1:]]
     count = len(nodes) - 1
 

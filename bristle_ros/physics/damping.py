@@ -1,0 +1,82 @@
+"""
+Kelvin-Voigt damping of the strains: stress = C (strain + beta_D * rate).
+
+The rate follows the strain by the integrator's own recursion,
+
+    rate = cv (strain - strain0) + keep * rate0 + drift * rateacc0,
+
+not through nodal velocities: for small strain that is beta_D K v, a rigid rotation gives exactly
+none at any step size, and contact stays passive (test_passivity.py).
+"""
+from .beam import gather_left_nodes, interpolate, stiffness
+from .jit import jit
+from .layout import DP, DX, LANES, P, RATE0, RATEACC0, STRAIN, STRAIN0, STRESS0
+
+
+@jit
+def strains(s, blocks, clamp, element_length):
+    """
+    Fill the strains at the present positions, and no forces; see beam.py.
+
+    s : (blocks, BLOCK), clamp : (7,) position and quaternion of the clamped node
+    """
+    gather_left_nodes(s, blocks, clamp)
+    for j in range(blocks):
+        interpolate(s, j, element_length)
+        for i in range(LANES):
+            p0 = s[j, P * LANES + i]
+            p1 = s[j, (P + 1) * LANES + i]
+            p2 = s[j, (P + 2) * LANES + i]
+            p3 = s[j, (P + 3) * LANES + i]
+            d0 = s[j, DP * LANES + i]
+            d1 = s[j, (DP + 1) * LANES + i]
+            d2 = s[j, (DP + 2) * LANES + i]
+            d3 = s[j, (DP + 3) * LANES + i]
+            x1 = s[j, DX * LANES + i]
+            x2 = s[j, (DX + 1) * LANES + i]
+            x3 = s[j, (DX + 2) * LANES + i]
+            two = 2.0 / (p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
+            s[j, STRAIN * LANES + i] = (
+                x1 + two * (-(p2 * p2 + p3 * p3) * x1 + (p1 * p2 + p0 * p3) * x2
+                            + (p1 * p3 - p0 * p2) * x3)) - 1.0
+            s[j, (STRAIN + 1) * LANES + i] = x2 + two * (
+                (p1 * p2 - p0 * p3) * x1 - (p1 * p1 + p3 * p3) * x2 + (p2 * p3 + p0 * p1) * x3)
+            s[j, (STRAIN + 2) * LANES + i] = x3 + two * (
+                (p1 * p3 + p0 * p2) * x1 + (p2 * p3 - p0 * p1) * x2 - (p1 * p1 + p2 * p2) * x3)
+            s[j, (STRAIN + 3) * LANES + i] = two * (p0 * d1 - d0 * p1 - p2 * d3 + p3 * d2)
+            s[j, (STRAIN + 4) * LANES + i] = two * (p0 * d2 - d0 * p2 - p3 * d1 + p1 * d3)
+            s[j, (STRAIN + 5) * LANES + i] = two * (p0 * d3 - d0 * p3 - p1 * d2 + p2 * d1)
+
+
+@jit
+def predict_damping(s, blocks, section, viscosity, cv, keep, drift):
+    """
+    Put what the strain rate's history gives into STRESS0.
+
+    viscosity [s] : float     beta_D
+    cv [1/s], keep, drift [s] : float
+    """
+    c = stiffness(section)
+    for j in range(blocks):
+        for row in range(6):
+            scale = viscosity * c[row]
+            for i in range(LANES):
+                s[j, (STRESS0 + row) * LANES + i] = scale * (
+                    keep * s[j, (RATE0 + row) * LANES + i]
+                    + drift * s[j, (RATEACC0 + row) * LANES + i]
+                    - cv * s[j, (STRAIN0 + row) * LANES + i])
+
+
+@jit
+def accept_damping(s, blocks, cv, keep, drift, ca, keep_acc, drift_acc):
+    """Carry strain, its rate and the rate's own acceleration over; STRAIN is that of the end."""
+    for j in range(blocks):
+        for row in range(6):
+            for i in range(LANES):
+                change = s[j, (STRAIN + row) * LANES + i] - s[j, (STRAIN0 + row) * LANES + i]
+                rate = s[j, (RATE0 + row) * LANES + i]
+                acceleration = s[j, (RATEACC0 + row) * LANES + i]
+                s[j, (RATE0 + row) * LANES + i] = cv * change + keep * rate + drift * acceleration
+                s[j, (RATEACC0 + row) * LANES + i] = (
+                    ca * change - keep_acc * rate - drift_acc * acceleration)
+                s[j, (STRAIN0 + row) * LANES + i] = s[j, (STRAIN + row) * LANES + i]
