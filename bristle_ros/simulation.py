@@ -146,6 +146,7 @@ class Simulation:
 
     def reset(self):
         """Go back to the scene's start, step 0."""
+        self._stepper.forget()
         for array, start in zip(self.state, self._start):
             array[:] = start
 

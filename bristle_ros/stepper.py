@@ -6,8 +6,9 @@ import numpy as np
 
 from .model import new_scratch
 from .physics.frame import FRAME
-from .physics.stepping import advance, BATCH, fill_frames
+from .physics.stepping import advance, advance_alone, BATCH, fill_frames
 
+CHECKPOINT = 200    # steps from one checkpoint to the next: copying is a few steps' work
 SHARE = 2   # bristles that a thread must get at least, to be worth waking
 
 
@@ -17,7 +18,8 @@ class Stepper:
 
     Bristles feel the brush's motion and the road, not each other, so each makes all steps of a
     batch before the next one begins: its matrices stay in the cache, and threads share out the
-    bristles.
+    bristles. When one fails, the others are past that step already: the state goes back to the
+    last checkpoint and comes again as far as the failed step.
     """
 
     def __init__(self, model, law, viscosity, state, *, accounting=False, threads=None):
@@ -34,7 +36,8 @@ class Stepper:
         self._scratch = [new_scratch(model) for _ in range(self.threads)]
         self._table = np.zeros((2 * BATCH + 1, FRAME))
         self._pool = None
-        self._saved = [np.empty_like(array) for array in state] if model.bristles > 1 else None
+        self._checkpoint = None
+        self._since = []    # what was advanced since: (steps, motion, model) of each batch
 
     def advance(self, steps):
         """
@@ -42,6 +45,8 @@ class Stepper:
 
         After a failure all bristles are at the start of the failed step. Runs without the GIL.
         """
+        if self.model.bristles == 1:
+            return self._alone(steps), 0
         while steps > 0:
             batch = min(steps, BATCH)
             failure = self._batch(batch)
@@ -52,23 +57,45 @@ class Stepper:
 
     def warm(self):
         """Compile what stepping needs by taking no step."""
-        self._run(0)
+        if self.model.bristles == 1:
+            self._alone(0)
+        else:
+            self._run(0)
+
+    def _alone(self, steps):
+        return advance_alone(self.model, *self._features, self._state, self._scratch[0],
+                             self._table, steps)
+
+    def forget(self):
+        """Keep nothing of what was: the state has been put elsewhere."""
+        self._since = []
 
     def _batch(self, steps):
-        if self._saved:
-            _copy(self._state, self._saved)
+        if not self._since or sum(batch[0] for batch in self._since) >= CHECKPOINT:
+            if self._checkpoint is None:
+                self._checkpoint = [np.empty_like(array) for array in self._state]
+            _copy(self._state, self._checkpoint)
+            self._since = []
+        self._since.append((steps, self._state.motion.copy(), self.model))
         failure = None
-        while True:
-            failed = self._run(steps)
-            if failed is None:
-                self._state.step[0] += steps
-                return failure
+        failed = self._run(steps)
+        while failed is not None:   # once more as far as that; another may fail before it
             steps, *failure = failed
-            if self._saved is None:
-                self._state.step[0] += steps
-                return failure
-            # The others are past that step already, or one of them fails before it: once more.
-            _copy(self._saved, self._state)
+            self._since[-1] = steps, *self._since[-1][1:]
+            _copy(self._checkpoint, self._state)
+            failed = self._again()
+        if failure:
+            self.forget()
+        return failure
+
+    def _again(self):
+        """Make the steps since the checkpoint once more; the outcome of the last batch."""
+        failed = None
+        for steps, motion, model in self._since:
+            self._state.motion[:] = motion
+            self.model = model
+            failed = self._run(steps)
+        return failed
 
     def _run(self, steps):
         """Make the steps from now on; None, or (step, status, bristle) of a failure."""
@@ -78,7 +105,10 @@ class Stepper:
             self._pool = ThreadPoolExecutor(self.threads - 1, 'stepper')
         others = [self._pool.submit(self._share, i, steps) for i in range(1, self.threads)]
         outcomes = [self._share(0, steps), *(other.result() for other in others)]
-        return min(filter(None, outcomes), default=None)
+        failed = min(filter(None, outcomes), default=None)
+        if failed is None:
+            self._state.step[0] += steps
+        return failed
 
     def _share(self, first, steps):
         scratch = self._scratch[first]

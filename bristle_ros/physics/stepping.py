@@ -233,8 +233,7 @@ def own_frame(model, motion, azimuth, t, scratch, frame):
 @jit
 def keep_copy(source, into):
     """Copy one array into another."""
-    for i in range(source.size):
-        into.flat[i] = source.flat[i]
+    into[:] = source
 
 
 @inlined
@@ -302,16 +301,9 @@ def fill_frames(model, law, state, scratch, steps, table):
                         table[i])
 
 
-@jit
-def advance(model, law, viscosity, audit, state, scratch, table, first, stride, steps):
-    """
-    Advance the bristles first, first + stride, ... by `steps` steps in place, one after the other.
-
-    They know nothing of each other, so that threads may share them out. Returns 0, or the status
-    of the first failure; state.step[0] stays for the caller to move, and after a failure
-    scratch.failed is its step, counted from there, and bristle. A lone bristle is then at the
-    start of the failed step.
-    """
+@inlined
+def make_steps(model, law, viscosity, audit, state, scratch, table, first, stride, steps):
+    """Advance the bristles first, first + stride, ... by `steps` steps; see `advance`."""
     for bristle in range(first, model.bristles, stride):
         account = None if audit is None else audit[bristle]
         for step in range(steps):
@@ -324,4 +316,36 @@ def advance(model, law, viscosity, audit, state, scratch, table, first, stride, 
                 scratch.failed[0] = step
                 scratch.failed[1] = bristle
                 return status
+    return OK
+
+
+@jit
+def advance(model, law, viscosity, audit, state, scratch, table, first, stride, steps):
+    """
+    Advance the bristles first, first + stride, ... by `steps` steps in place, one after the other.
+
+    They know nothing of each other, so that threads may share them out. Returns 0, or the status
+    of the first failure; state.step[0] stays for the caller to move, and after a failure
+    scratch.failed is its step, counted from there, and bristle.
+    """
+    return make_steps(model, law, viscosity, audit, state, scratch, table, first, stride, steps)
+
+
+@jit
+def advance_alone(model, law, viscosity, audit, state, scratch, table, steps):
+    """
+    Advance the only bristle by any number of steps, frame records and state.step[0] with it.
+
+    One call: what it takes to hand the records over outweighs a few steps. Returns 0, or the
+    status of a failure, with the state at the start of the failed step.
+    """
+    while steps > 0:
+        batch = min(steps, BATCH)
+        fill_frames(model, law, state, scratch, batch, table)
+        status = make_steps(model, law, viscosity, audit, state, scratch, table, 0, 1, batch)
+        if status != OK:
+            state.step[0] += scratch.failed[0]
+            return status
+        state.step[0] += batch
+        steps -= batch
     return OK

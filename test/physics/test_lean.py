@@ -1,7 +1,7 @@
 """A scene's machine code holds nothing that the scene does not use: read from the code itself."""
 from pathlib import Path
 
-from bristle_ros.physics.stepping import advance
+from bristle_ros.physics.stepping import advance_alone
 from bristle_ros.simulation import Simulation
 import numpy as np
 from physics.scenes import bouncing_sweep, free_rotation
@@ -12,9 +12,9 @@ DAMPING = (b'predict_damping', b'accept_damping')
 
 
 def code_of(contact, damping):
-    """Return the cached code of `advance` for scenes with or without these."""
-    found = [path.read_bytes() for path in Path(advance._cache.cache_path).glob(
-        'stepping.advance-*.nbc')]
+    """Return the cached code of `advance_alone` for scenes with or without these."""
+    found = [path.read_bytes() for path in Path(advance_alone._cache.cache_path).glob(
+        'stepping.advance_alone-*.nbc')]
     return [code for code in found if (b'ContactLaw' in code) == contact
             and any(name in code for name in DAMPING) == damping]
 
