@@ -25,6 +25,8 @@ from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, fini
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.4              # contraction above which the matrix is factorised anew
+FRESH = 0.1             # contraction that a matrix just made is believed to have
+AGEING = 1.5            # by this a contraction grows in each step that does not measure it
 EASY = 5                # iterations up to which a sub-step may become longer again
 DEEPEST = 14            # halvings of the integration step
 FINEST = 10             # halvings that the error estimate may ask for
@@ -126,7 +128,7 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
 
     tolerance = newton_tolerance(scheme.tolerance, h)
     refresh = tip[MATRIX_STEP] != h
-    rate = tip[CONTRACTION]
+    rate = FRESH if refresh else min(AGEING * tip[CONTRACTION], 0.5)
     before = 0.0
     solved = True
     status = NO_CONVERGENCE
@@ -170,8 +172,8 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
         elif size > 1.0:
             refresh = True
         before = size
-        if solved and (size <= tolerance and rate < 1.0 or (
-                iteration > 0 and size * rate <= tolerance * (1.0 - rate))):
+        if solved and (size <= tolerance and rate < 1.0
+                       or size * rate <= tolerance * (1.0 - rate)):
             status = OK
             break
     if status == OK:
