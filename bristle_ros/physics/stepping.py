@@ -25,8 +25,10 @@ from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, fini
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.4              # contraction above which the matrix is factorised anew
-FRESH = 0.1             # contraction that a matrix just made is believed to have
-AGEING = 1.5            # by this a contraction grows in each step that does not measure it
+# what the second correction is of the first one, where there is no second one to tell
+UNKNOWN = 0.1           # after a new matrix
+LEAST = 1e-3
+AGEING = 1.5            # growth in each step that does not measure it
 EASY = 5                # iterations up to which a sub-step may become longer again
 DEEPEST = 14            # halvings of the integration step
 FINEST = 10             # halvings that the error estimate may ask for
@@ -128,7 +130,8 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
 
     tolerance = newton_tolerance(scheme.tolerance, h)
     refresh = tip[MATRIX_STEP] != h
-    rate = FRESH if refresh else min(AGEING * tip[CONTRACTION], 0.5)
+    rate = UNKNOWN if refresh else min(AGEING * tip[CONTRACTION], 0.5)
+    contraction = rate
     before = 0.0
     solved = True
     status = NO_CONVERGENCE
@@ -165,6 +168,8 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
             break
         if iteration > 0:
             rate = size / before
+            if iteration == 1:
+                contraction = UNKNOWN if fresh else min(max(rate, LEAST), 0.5)
             if rate > SLOW:
                 if fresh and rate > 2.0 and iteration > 2:
                     break
@@ -191,7 +196,7 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
         if status != TOO_INACCURATE:
             counts[FAILURES] += 1
         return status
-    tip[CONTRACTION] = min(rate, 0.5)
+    tip[CONTRACTION] = contraction
     if refresh:
         tip[MATRIX_STEP] = 0.0
     tip[STEP] = h
