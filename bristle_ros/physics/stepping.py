@@ -238,9 +238,13 @@ def own_frame(model, motion, azimuth, t, scratch, frame):
 
 
 @jit
-def keep_copy(source, into):
-    """Copy one array into another."""
-    into[:] = source
+def keep_copy(s, tip, into, into_tip):
+    """Copy a bristle's nodes and tip record."""
+    for j in range(s.shape[0]):
+        for i in range(s.shape[1]):
+            into[j, i] = s[j, i]
+    for i in range(tip.size):
+        into_tip[i] = tip[i]
 
 
 @inlined
@@ -256,8 +260,7 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
     position = 0
     level = int(tip[LEVEL])
     if level > 0:
-        keep_copy(s, scratch.saved)
-        keep_copy(tip, scratch.saved_tip)
+        keep_copy(s, tip, scratch.saved, scratch.saved_tip)
     for _ in range(MAX_ATTEMPTS):
         size = WHOLE >> level
         for i in range(3):
@@ -281,13 +284,11 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
                 return OK
         else:
             if position == 0:
-                keep_copy(s, scratch.saved)
-                keep_copy(tip, scratch.saved_tip)
+                keep_copy(s, tip, scratch.saved, scratch.saved_tip)
             level += 1
             if level > DEEPEST:
                 break
-    keep_copy(scratch.saved, s)
-    keep_copy(scratch.saved_tip, tip)
+    keep_copy(scratch.saved, scratch.saved_tip, s, tip)
     tip[MATRIX_STEP] = 0.0
     for j in range(model.blocks):
         for i in range(7 * LANES):
