@@ -38,18 +38,19 @@ def test_after_a_failure_all_bristles_are_at_the_failed_step(threads):
     good = Simulation(brush())
     good.advance(110)
     state = simulation.state
-    wrapped = simulation._stepper._share
+    stepper = simulation._stepper
+    wrapped = stepper._advance
 
-    def fails(first, steps):
+    def fails(share, scratch, steps):
         # bristle 4 fails ten steps on, bristle 5 twelve: what kernels report of a lost bristle
-        outcome = wrapped(first, steps)
+        outcomes = [wrapped(share, scratch, steps)]
         for bristle, step in ((4, 110), (5, 112)):
             ahead = step - int(state.step[0])
-            if bristle % threads == first and ahead < steps:
-                outcome = min(filter(None, (outcome, (ahead, 2, bristle))))
-        return outcome
+            if bristle % stepper._shares == share and ahead < steps:
+                outcomes.append((ahead, 2, bristle))
+        return min(filter(None, outcomes), default=None)
 
-    simulation._stepper._share = fails
+    stepper._advance = fails
     with pytest.raises(StepFailure, match='step 110: bristle 4: ') as failure:
         simulation.advance(50)
     assert failure.value.step == simulation.step == 110
