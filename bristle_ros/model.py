@@ -124,7 +124,7 @@ def new_scratch(model):
     """Return the room that kernels work in."""
     return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
                    np.zeros((2, FRAME)), np.zeros((2, BASICS)), np.zeros((model.blocks, BLOCK)),
-                   np.zeros(TIP), np.zeros(2, np.int64))
+                   np.zeros(TIP), np.zeros(3, np.int64))
 
 
 def straight_nodes(scene, model):

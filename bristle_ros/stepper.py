@@ -9,7 +9,6 @@ from .physics.frame import FRAME
 from .physics.stepping import advance, advance_alone, BATCH, fill_frames
 
 CHECKPOINT = 200    # steps from one checkpoint to the next: copying is a few steps' work
-SHARES = 4  # for each thread: who is done early, or on a faster core, takes another
 SHARE = 2   # bristles that a thread must get at least, to be worth waking
 
 
@@ -18,9 +17,9 @@ class Stepper:
     Advances the bristles of a state; what they give depends on no number of threads.
 
     Bristles feel the brush's motion and the road, not each other, so each makes all steps of a
-    batch before the next one begins: its matrices stay in the cache, and threads take shares of
-    the bristles. When one fails, the others are past that step already: the state goes back to the
-    last checkpoint and comes again as far as the failed step.
+    batch before the next one begins: its matrices stay in the cache, and threads take one after
+    the other from a queue. When one fails, the others are past that step already: the state goes
+    back to the last checkpoint and comes again as far as the failed step.
     """
 
     def __init__(self, model, law, viscosity, state, *, accounting=False, threads=None):
@@ -34,7 +33,7 @@ class Stepper:
         self._state = state
         available = threads or len(os.sched_getaffinity(0))
         self.threads = max(1, min(available, model.bristles // SHARE))
-        self._shares = 1 if self.threads == 1 else min(model.bristles, SHARES * self.threads)
+        self._queue = np.zeros(1, np.int64)
         self._scratch = [new_scratch(model) for _ in range(self.threads)]
         self._table = np.zeros((2 * BATCH + 1, FRAME))
         self._pool = None
@@ -105,25 +104,20 @@ class Stepper:
                     self._table)
         if self.threads > 1 and self._pool is None:
             self._pool = ThreadPoolExecutor(self.threads - 1, 'stepper')
-        shares = iter(range(self._shares))
-        others = [self._pool.submit(self._work, shares, scratch, steps)
-                  for scratch in self._scratch[1:]]
-        failures = self._work(shares, self._scratch[0], steps)
-        failed = min(sum((other.result() for other in others), failures), default=None)
+        self._queue[0] = 0
+        others = [self._pool.submit(self._work, scratch, steps) for scratch in self._scratch[1:]]
+        failures = [self._work(self._scratch[0], steps), *(other.result() for other in others)]
+        failed = min(filter(None, failures), default=None)
         if failed is None:
             self._state.step[0] += steps
         return failed
 
-    def _work(self, shares, scratch, steps):
-        """Take shares until none is left; return [(step, status, bristle)] of failures."""
-        return [failed for share in shares
-                if (failed := self._advance(share, scratch, steps)) is not None]
-
-    def _advance(self, share, scratch, steps):
-        status = advance(self.model, *self._features, self._state, scratch, self._table, share,
-                         self._shares, steps)
+    def _work(self, scratch, steps):
+        """Take bristles until none is left; None, or (step, status, bristle) of a failure."""
+        status = advance(self.model, *self._features, self._state, scratch, self._table,
+                         self._queue, steps)
         if status:
-            return int(scratch.failed[0]), status, int(scratch.failed[1])
+            return int(scratch.failed[1]), status, int(scratch.failed[2])
         return None
 
 

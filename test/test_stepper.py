@@ -39,18 +39,18 @@ def test_after_a_failure_all_bristles_are_at_the_failed_step(threads):
     good.advance(110)
     state = simulation.state
     stepper = simulation._stepper
-    wrapped = stepper._advance
+    wrapped = stepper._work
 
-    def fails(share, scratch, steps):
+    def fails(scratch, steps):
         # bristle 4 fails ten steps on, bristle 5 twelve: what kernels report of a lost bristle
-        outcomes = [wrapped(share, scratch, steps)]
+        outcomes = [wrapped(scratch, steps)]
         for bristle, step in ((4, 110), (5, 112)):
             ahead = step - int(state.step[0])
-            if bristle % stepper._shares == share and ahead < steps:
+            if scratch is stepper._scratch[bristle % threads] and ahead < steps:
                 outcomes.append((ahead, 2, bristle))
         return min(filter(None, outcomes), default=None)
 
-    stepper._advance = fails
+    stepper._work = fails
     with pytest.raises(StepFailure, match='step 110: bristle 4: ') as failure:
         simulation.advance(50)
     assert failure.value.step == simulation.step == 110

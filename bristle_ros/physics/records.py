@@ -52,4 +52,4 @@ class Scratch(NamedTuple):
     basics: np.ndarray          # (2, BASICS)
     saved: np.ndarray           # (blocks, BLOCK)
     saved_tip: np.ndarray       # (TIP,)
-    failed: np.ndarray          # (2,) int64: step and bristle of a failure
+    failed: np.ndarray          # (3,) int64: step of a failure; step and bristle of the first

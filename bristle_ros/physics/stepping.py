@@ -18,6 +18,7 @@ from .layout import LANES, MASS, Q, R, tip_lane, X, X0
 from .loads import accept_step, begin_step, local_error, rescale_memory, residual
 from .mixed import (accept_section_forces, add_excess, begin_section_forces,
                     update_section_forces)
+from .queue import take
 from .scheme import newton_tolerance
 from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, finish_contact, FORCE,
                   GAP, IMPULSE, LEVEL, MATRIX_STEP, rotate_back, STATE, STEP,
@@ -277,7 +278,7 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
             if level > 0:
                 counts[SUBSTEPS] += 1
                 if counts[NEWTON] - counted <= EASY and position % (2 * size) == 0 and (
-                        8.0 * tip[ESTIMATE] <= model.local_error or model.local_error == 0.0):
+                        16.0 * tip[ESTIMATE] <= model.local_error or model.local_error == 0.0):
                     level -= 1
             if position == WHOLE:
                 tip[LEVEL] = level
@@ -310,33 +311,42 @@ def fill_frames(model, law, state, scratch, steps, table):
 
 
 @inlined
-def make_steps(model, law, viscosity, audit, state, scratch, table, first, stride, steps):
-    """Advance the bristles first, first + stride, ... by `steps` steps; see `advance`."""
-    for bristle in range(first, model.bristles, stride):
-        account = None if audit is None else audit[bristle]
-        for step in range(steps):
-            status = whole_step(
-                model, law, viscosity, account, state.motion, model.azimuth[bristle],
-                state.nodes[bristle], state.mids[bristle], state.chain[bristle],
-                state.tip[bristle], state.counts[bristle], scratch, state.step[0] + step,
-                table[2 * step:])
-            if status != OK:
-                scratch.failed[0] = step
-                scratch.failed[1] = bristle
-                return status
-    return OK
+def make_steps(model, law, viscosity, audit, state, scratch, table, bristle, steps):
+    """Advance a bristle by `steps` steps; OK, or a status and in scratch.failed the step."""
+    account = None if audit is None else audit[bristle]
+    status = OK
+    for step in range(steps):
+        status = whole_step(
+            model, law, viscosity, account, state.motion, model.azimuth[bristle],
+            state.nodes[bristle], state.mids[bristle], state.chain[bristle], state.tip[bristle],
+            state.counts[bristle], scratch, state.step[0] + step, table[2 * step:])
+        if status != OK:
+            scratch.failed[0] = step
+            break
+    return status
 
 
 @jit
-def advance(model, law, viscosity, audit, state, scratch, table, first, stride, steps):
+def advance(model, law, viscosity, audit, state, scratch, table, queue, steps):
     """
-    Advance the bristles first, first + stride, ... by `steps` steps in place, one after the other.
+    Advance the bristles of a queue by `steps` steps in place, one after the other.
 
-    They know nothing of each other, so that threads may share them out. Returns 0, or the status
-    of the first failure; state.step[0] stays for the caller to move, and after a failure
-    scratch.failed is its step, counted from there, and bristle.
+    They know nothing of each other, so that threads may share a queue. Returns 0, or the status of
+    the first failure (in steps, then bristles), whose step, counted from here, and bristle are in
+    scratch.failed[1:]; state.step[0] stays for the caller to move.
     """
-    return make_steps(model, law, viscosity, audit, state, scratch, table, first, stride, steps)
+    worst = OK
+    bristle = take(queue)
+    while bristle < model.bristles:
+        status = make_steps(model, law, viscosity, audit, state, scratch, table, bristle, steps)
+        failed = scratch.failed
+        if status != OK and (worst == OK or failed[0] < failed[1] or (
+                failed[0] == failed[1] and bristle < failed[2])):
+            worst = status
+            failed[1] = failed[0]
+            failed[2] = bristle
+        bristle = take(queue)
+    return worst
 
 
 @jit
@@ -350,7 +360,7 @@ def advance_alone(model, law, viscosity, audit, state, scratch, table, steps):
     while steps > 0:
         batch = min(steps, BATCH)
         fill_frames(model, law, state, scratch, batch, table)
-        status = make_steps(model, law, viscosity, audit, state, scratch, table, 0, 1, batch)
+        status = make_steps(model, law, viscosity, audit, state, scratch, table, 0, batch)
         if status != OK:
             state.step[0] += scratch.failed[0]
             return status
