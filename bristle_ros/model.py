@@ -13,7 +13,7 @@ from .physics.layout import (BLOCK, block_count, ELEMENTS, INERTIA, LANES, MASS,
                              WEIGHT, X, X0)
 from .physics.records import Model, Scratch, State
 from .physics.scheme import generalized_alpha, hht, newmark
-from .physics.stepping import COUNTS
+from .physics.newton import COUNTS
 from .physics.tip import TIP
 from .scene import SceneError
 

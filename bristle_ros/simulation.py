@@ -12,8 +12,9 @@ from .physics.drive import RAMP, ramp_at as compiled_ramp_at
 from .physics.frame import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, ROTATION, SPEED, YAW)
 from .physics.layout import ELEMENTS, LANES, ROWS, X
 from .physics.start import initialise
-from .physics.stepping import (FAILURES, NEWTON, NO_CONVERGENCE, NOT_FINITE, own_frame,
-                               SINGULAR_MATRIX, SUBSTEPS, TOO_INACCURATE)
+from .physics.newton import (FAILURES, NEWTON, NO_CONVERGENCE, NOT_FINITE, SINGULAR_MATRIX,
+                             SUBSTEPS, TOO_INACCURATE)
+from .physics.stepping import own_frame
 from .physics.tip import GAP
 from .snapshot import Snapshot
 from .stepper import Stepper

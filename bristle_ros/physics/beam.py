@@ -22,8 +22,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import jit
-from .layout import (DP, DX, ELEMENTS, EXCESS, FORCE, LANES, LFORCE, LQ, LTORQUE, LX, P, PF, PG, PM,
-                     Q, SECTION_FORCE, STRAIN, STRESS, STRESS0, TORQUE, WEIGHT, X)
+from .layout import (DP, DX, ELEMENTS, EXCESS, FORCE, LANES, LFORCE, LQ, LTORQUE, LX, P, PF, PG,
+                     PM, Q, SECTION_FORCE, STRAIN, STRESS, STRESS0, TORQUE, WEIGHT, X)
 
 GAUSS = 1.0 / np.sqrt(3.0)
 # Shape functions at the first Gauss point: left, mid, right; the second one mirrors them.

@@ -5,7 +5,7 @@ from .frame import CLAMP, HEIGHT, ROTATION, SPIN, SPIN_RATE
 from .jit import jit
 from .layout import HA, HV, LANES, Q, R, tip_lane, X, X0
 from .loads import residual
-from .stepping import move_nodes, NO_CONVERGENCE
+from .newton import move_nodes, NO_CONVERGENCE
 from .tip import FORCE, GAP, rotate, rotate_back
 
 PSEUDO_STEPS = 400

@@ -14,11 +14,13 @@ IMPULSE = 5         # 3  since the start [N s]
 SLIP_MOVED = 8      # 3  over the last step: slip, slip and change of the gap [m]
 STEP = 11           # 1  length of the last step [s]; 0 before the first
 MATRIX_STEP = 12    # 1  length of the step that the factorised matrix is for; 0: none
-CONTRACTION = 13    # 1  of Newton's corrections, last seen
+CONTRACTION = 13    # 1  what Newton's second correction is of the first one, last seen
 LEVEL = 14          # 1  of subdivision that the next step starts with
 ESTIMATE = 15       # 1  local error estimate of the last step [m]
 TREND = 16          # 1  part of its last change that A is expected to change by again
-TIP = 17
+USUAL = 17          # 1  iterations of the first step with the present matrix; 0: none yet
+EXTRA = 18          # 1  iterations beyond those in the steps since
+TIP = 19
 
 
 @jit

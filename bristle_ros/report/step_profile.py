@@ -6,7 +6,8 @@ from bristle_ros.physics.chain import eliminate, factorise, substitute
 from bristle_ros.physics.frame import CLAMP, SPIN, SPIN_RATE
 from bristle_ros.physics.layout import LANES, R, ROWS, tip_lane
 from bristle_ros.physics.loads import accept_step, begin_step, local_error, residual
-from bristle_ros.physics.stepping import FACTORISATIONS, move_nodes, NEWTON, own_frame
+from bristle_ros.physics.newton import FACTORISATIONS, move_nodes, NEWTON
+from bristle_ros.physics.stepping import own_frame
 from bristle_ros.report.work_precision import scene_of
 
 CALLS = 300

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bristle_ros.physics.energy import INJECTED
-from bristle_ros.physics.stepping import SUBSTEPS
+from bristle_ros.physics.newton import SUBSTEPS
 from bristle_ros.physics.tip import GAP
 from bristle_ros.scene import (Brush, Contact, Damping, Drive, Friction, Road, Scene, Solver,
                                Sweeper)

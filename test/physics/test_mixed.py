@@ -6,7 +6,7 @@ from bristle_ros.physics.chain import (chain_work, eliminate, factorise, MIDS, O
 from bristle_ros.physics.frame import FRAME
 from bristle_ros.physics.loads import residual
 from bristle_ros.physics.mixed import add_excess, update_section_forces
-from bristle_ros.physics.stepping import move_nodes
+from bristle_ros.physics.newton import move_nodes
 import numpy as np
 from physics.beams import Beam, derivative, turn
 import pytest

@@ -2,7 +2,7 @@
 from dataclasses import replace
 
 from bristle_ros.physics.layout import ACC0, LANES, MASS, ROWS, SECTION_FORCE, STRAIN0
-from bristle_ros.physics.stepping import FAILURES
+from bristle_ros.physics.newton import FAILURES
 from bristle_ros.scene import Damping
 from bristle_ros.simulation import Simulation, StepFailure
 import numpy as np
