@@ -11,9 +11,9 @@ from .physics.energy import AUDIT
 from .physics.frame import APPROACHING, BASICS, Drive, FORWARD, FRAME, LEFT, new_motion, SPEED
 from .physics.layout import (BLOCK, block_count, ELEMENTS, INERTIA, LANES, MASS, Q, Q0, ROWS,
                              WEIGHT, X, X0)
+from .physics.newton import COUNTS
 from .physics.records import Model, Scratch, State
 from .physics.scheme import generalized_alpha, hht, newmark
-from .physics.newton import COUNTS
 from .physics.tip import TIP
 from .scene import SceneError
 

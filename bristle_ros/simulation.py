@@ -11,9 +11,9 @@ from .physics import output
 from .physics.drive import RAMP, ramp_at as compiled_ramp_at
 from .physics.frame import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, ROTATION, SPEED, YAW)
 from .physics.layout import ELEMENTS, LANES, ROWS, X
-from .physics.start import initialise
 from .physics.newton import (FAILURES, NEWTON, NO_CONVERGENCE, NOT_FINITE, SINGULAR_MATRIX,
                              SUBSTEPS, TOO_INACCURATE)
+from .physics.start import initialise
 from .physics.stepping import own_frame
 from .physics.tip import GAP
 from .snapshot import Snapshot

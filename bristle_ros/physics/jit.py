@@ -4,6 +4,7 @@ import hashlib
 import os
 from pathlib import Path
 import tempfile
+from typing import Any
 
 import numba
 
@@ -35,8 +36,8 @@ numba.config.CACHE_DIR = str(_cache_directory())  # type: ignore[attr-defined]
 # 'contract' fuses multiply-add, 'nsz' and 'arcp' free the vectoriser; NaN and inf stay honest.
 # error_model: the division check of Python is a branch, and a branch stops the vectoriser.
 # _nrt: no reference counts, which took a tenth of a step; an allocation does not even compile.
-_compiled = numba.njit(cache=True, nogil=True, error_model='numpy', _nrt=False,
-                       fastmath={'contract', 'nsz', 'arcp'})
+_OPTIONS: dict[str, Any] = {'error_model': 'numpy', '_nrt': False}
+_compiled = numba.njit(cache=True, nogil=True, fastmath={'contract', 'nsz', 'arcp'}, **_OPTIONS)
 
 
 def _save_alone(cache):
@@ -73,4 +74,4 @@ def jit(function):
 
 def inlined(function):
     """Compile a kernel into the one that calls it: saves compiling all it calls once more."""
-    return numba.njit(inline='always', error_model='numpy', _nrt=False)(function)
+    return numba.njit(inline='always', **_OPTIONS)(function)

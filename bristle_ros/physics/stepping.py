@@ -10,8 +10,8 @@ from .frame import CLAMP, drive_clamp, frame_at, turn_frame
 from .jit import inlined, jit
 from .layout import LANES, X, X0
 from .newton import NEWTON, SUBSTEPS, try_step
-from .queue import take
 from .tip import ESTIMATE, LEVEL, MATRIX_STEP
+from .work_queue import take
 
 EASY = 5                # iterations up to which a sub-step may become longer again
 DEEPEST = 14            # halvings of the integration step
