@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import jit
+from .lanes import load4, store4
 from .layout import (DP, DX, ELEMENTS, EXCESS, FORCE, LANES, LFORCE, LQ, LTORQUE, LX, P, PF, PG,
                      PM, Q, SECTION_FORCE, STRAIN, STRESS, STRESS0, TORQUE, WEIGHT, X)
 
@@ -69,25 +70,25 @@ def gather_left_nodes(s, blocks, clamp):
 @jit
 def interpolate(s, j, element_length):
     """Fill P, DP and DX of block j from its nodes."""
+    r = s[j]
     scale = 2.0 / element_length
     for row in range(4):
-        for i in range(ELEMENTS):
-            left = s[j, (LQ + row) * LANES + i]
-            mid = s[j, (Q + row) * LANES + i]
-            right = s[j, (Q + row) * LANES + ELEMENTS + i]
-            s[j, (P + row) * LANES + i] = N_NEAR * left + N_MID * mid + N_FAR * right
-            s[j, (P + row) * LANES + ELEMENTS + i] = N_FAR * left + N_MID * mid + N_NEAR * right
-            s[j, (DP + row) * LANES + i] = scale * (D_NEAR * left + D_MID * mid + D_FAR * right)
-            s[j, (DP + row) * LANES + ELEMENTS + i] = -scale * (
-                D_FAR * left + D_MID * mid + D_NEAR * right)
+        left, mid, right = (load4(r, (LQ + row) * LANES), load4(r, (Q + row) * LANES),
+                            load4(r, (Q + row) * LANES + ELEMENTS))
+        store4(r, (P + row) * LANES, N_NEAR * left + N_MID * mid + N_FAR * right)
+        store4(r, (P + row) * LANES + ELEMENTS, N_FAR * left + N_MID * mid + N_NEAR * right)
+        _put_slopes(r, (DP + row) * LANES, scale, left, mid, right)
     for row in range(3):
-        for i in range(ELEMENTS):
-            left = s[j, (LX + row) * LANES + i]
-            mid = s[j, (X + row) * LANES + i]
-            right = s[j, (X + row) * LANES + ELEMENTS + i]
-            s[j, (DX + row) * LANES + i] = scale * (D_NEAR * left + D_MID * mid + D_FAR * right)
-            s[j, (DX + row) * LANES + ELEMENTS + i] = -scale * (
-                D_FAR * left + D_MID * mid + D_NEAR * right)
+        _put_slopes(r, (DX + row) * LANES, scale, load4(r, (LX + row) * LANES),
+                    load4(r, (X + row) * LANES), load4(r, (X + row) * LANES + ELEMENTS))
+
+
+@jit
+def _put_slopes(r, at, scale, left, mid, right):
+    """Store the derivatives at both Gauss points of what is so much at the nodes."""
+    store4(r, at, (scale * D_NEAR) * left + (scale * D_MID) * mid + (scale * D_FAR) * right)
+    store4(r, at + ELEMENTS, (-scale * D_FAR) * left - (scale * D_MID) * mid
+           - (scale * D_NEAR) * right)
 
 
 @jit
@@ -184,25 +185,22 @@ def section_forces(s, j, section, factor, mixed):
 @jit
 def scatter(s, j, element_length):
     """Sum the weighted terms of block j into FORCE, TORQUE of its nodes and its left rows."""
+    r = s[j]
     scale = 2.0 / element_length
+    near, mid, far = scale * D_NEAR, scale * D_MID, scale * D_FAR
     for row in range(3):
-        for i in range(ELEMENTS):
-            one = scale * s[j, (PF + row) * LANES + i]
-            two = scale * s[j, (PF + row) * LANES + ELEMENTS + i]
-            s[j, (LFORCE + row) * LANES + i] = D_NEAR * one - D_FAR * two
-            s[j, (FORCE + row) * LANES + i] = D_MID * (one - two)
-            s[j, (FORCE + row) * LANES + ELEMENTS + i] = D_FAR * one - D_NEAR * two
+        one, two = load4(r, (PF + row) * LANES), load4(r, (PF + row) * LANES + ELEMENTS)
+        store4(r, (LFORCE + row) * LANES, near * one - far * two)
+        store4(r, (FORCE + row) * LANES, mid * (one - two))
+        store4(r, (FORCE + row) * LANES + ELEMENTS, far * one - near * two)
     for row in range(4):
-        for i in range(ELEMENTS):
-            one = scale * s[j, (PM + row) * LANES + i]
-            two = scale * s[j, (PM + row) * LANES + ELEMENTS + i]
-            g_one = s[j, (PG + row) * LANES + i]
-            g_two = s[j, (PG + row) * LANES + ELEMENTS + i]
-            s[j, (LTORQUE + row) * LANES + i] = (
-                D_NEAR * one - D_FAR * two + N_NEAR * g_one + N_FAR * g_two)
-            s[j, (TORQUE + row) * LANES + i] = D_MID * (one - two) + N_MID * (g_one + g_two)
-            s[j, (TORQUE + row) * LANES + ELEMENTS + i] = (
-                D_FAR * one - D_NEAR * two + N_FAR * g_one + N_NEAR * g_two)
+        one, two = load4(r, (PM + row) * LANES), load4(r, (PM + row) * LANES + ELEMENTS)
+        g_one, g_two = load4(r, (PG + row) * LANES), load4(r, (PG + row) * LANES + ELEMENTS)
+        store4(r, (LTORQUE + row) * LANES,
+               near * one - far * two + N_NEAR * g_one + N_FAR * g_two)
+        store4(r, (TORQUE + row) * LANES, mid * (one - two) + N_MID * (g_one + g_two))
+        store4(r, (TORQUE + row) * LANES + ELEMENTS,
+               far * one - near * two + N_FAR * g_one + N_NEAR * g_two)
 
 
 @jit
