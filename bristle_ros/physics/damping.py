@@ -10,6 +10,7 @@ none at any step size, and contact stays passive (test_passivity.py).
 """
 from .beam import gather_left_nodes, interpolate, stiffness
 from .jit import jit
+from .lanes import load8, store8
 from .layout import DP, DX, LANES, P, RATE0, RATEACC0, STRAIN, STRAIN0, STRESS0
 
 
@@ -58,25 +59,26 @@ def predict_damping(s, blocks, section, viscosity, cv, keep, drift):
     """
     c = stiffness(section)
     for j in range(blocks):
+        r = s[j]
         for row in range(6):
             scale = viscosity * c[row]
-            for i in range(LANES):
-                s[j, (STRESS0 + row) * LANES + i] = scale * (
-                    keep * s[j, (RATE0 + row) * LANES + i]
-                    + drift * s[j, (RATEACC0 + row) * LANES + i]
-                    - cv * s[j, (STRAIN0 + row) * LANES + i])
+            store8(r, (STRESS0 + row) * LANES,
+                   (scale * keep) * load8(r, (RATE0 + row) * LANES)
+                   + (scale * drift) * load8(r, (RATEACC0 + row) * LANES)
+                   - (scale * cv) * load8(r, (STRAIN0 + row) * LANES))
 
 
 @jit
 def accept_damping(s, blocks, cv, keep, drift, ca, keep_acc, drift_acc):
     """Carry strain, its rate and the rate's own acceleration over; STRAIN is that of the end."""
     for j in range(blocks):
+        r = s[j]
         for row in range(6):
-            for i in range(LANES):
-                change = s[j, (STRAIN + row) * LANES + i] - s[j, (STRAIN0 + row) * LANES + i]
-                rate = s[j, (RATE0 + row) * LANES + i]
-                acceleration = s[j, (RATEACC0 + row) * LANES + i]
-                s[j, (RATE0 + row) * LANES + i] = cv * change + keep * rate + drift * acceleration
-                s[j, (RATEACC0 + row) * LANES + i] = (
-                    ca * change - keep_acc * rate - drift_acc * acceleration)
-                s[j, (STRAIN0 + row) * LANES + i] = s[j, (STRAIN + row) * LANES + i]
+            strain = load8(r, (STRAIN + row) * LANES)
+            change = strain - load8(r, (STRAIN0 + row) * LANES)
+            rate, acceleration = load8(r, (RATE0 + row) * LANES), load8(
+                r, (RATEACC0 + row) * LANES)
+            store8(r, (RATE0 + row) * LANES, cv * change + keep * rate + drift * acceleration)
+            store8(r, (RATEACC0 + row) * LANES,
+                   ca * change - keep_acc * rate - drift_acc * acceleration)
+            store8(r, (STRAIN0 + row) * LANES, strain)

@@ -12,8 +12,11 @@ W = w + R^T Omega its absolute angular velocity in section axes,
 
 The mass is lumped by the three-point Gauss-Lobatto rule, so all of it is nodal.
 """
+from math import sqrt
+
 from .frame import DRAG_SPIN, GRAVITY, SPIN, SPIN_RATE
 from .jit import jit
+from .lanes import load8, store8
 from .layout import (A0, ACC0, FORCE, HA, HV, INERTIA, JUMP, LANES, MASS, Q, Q0, R, TORQUE, V0,
                      X, X0)
 
@@ -37,19 +40,16 @@ def begin_step(s, blocks, h, scheme, trend):
     half = 0.5 * h * h
     ahead = scheme.beta * h * h * trend
     for j in range(blocks):
+        r = s[j]
         for row in range(6):
-            for i in range(LANES):
-                v = s[j, (V0 + row) * LANES + i]
-                a = s[j, (A0 + row) * LANES + i]
-                s[j, (HA + row) * LANES + i] = (by_velocity * v + by_pseudo * a
-                                                + by_acceleration * s[j, (ACC0 + row) * LANES + i])
-                s[j, (HV + row) * LANES + i] = keep * v + drift * a
+            v, a = load8(r, (V0 + row) * LANES), load8(r, (A0 + row) * LANES)
+            store8(r, (HA + row) * LANES, by_velocity * v + by_pseudo * a
+                   + by_acceleration * load8(r, (ACC0 + row) * LANES))
+            store8(r, (HV + row) * LANES, keep * v + drift * a)
         for row in range(3):
-            for i in range(LANES):
-                s[j, (X + row) * LANES + i] = (
-                    s[j, (X0 + row) * LANES + i] + h * s[j, (V0 + row) * LANES + i]
-                    + half * s[j, (A0 + row) * LANES + i]
-                    + ahead * s[j, (JUMP + row) * LANES + i])
+            store8(r, (X + row) * LANES, load8(r, (X0 + row) * LANES)
+                   + h * load8(r, (V0 + row) * LANES) + half * load8(r, (A0 + row) * LANES)
+                   + ahead * load8(r, (JUMP + row) * LANES))
         for i in range(LANES):
             t1 = 0.5 * (h * s[j, (V0 + 3) * LANES + i] + half * s[j, (A0 + 3) * LANES + i]
                         + ahead * s[j, (JUMP + 3) * LANES + i])
@@ -59,7 +59,7 @@ def begin_step(s, blocks, h, scheme, trend):
                         + ahead * s[j, (JUMP + 5) * LANES + i])
             q0, q1, q2, q3 = (s[j, Q0 * LANES + i], s[j, (Q0 + 1) * LANES + i],
                               s[j, (Q0 + 2) * LANES + i], s[j, (Q0 + 3) * LANES + i])
-            n = 1.0 / (1.0 + t1 * t1 + t2 * t2 + t3 * t3) ** 0.5
+            n = 1.0 / sqrt(1.0 + t1 * t1 + t2 * t2 + t3 * t3)
             s[j, Q * LANES + i] = n * (q0 - q1 * t1 - q2 * t2 - q3 * t3)
             s[j, (Q + 1) * LANES + i] = n * (q1 + q0 * t1 + q2 * t3 - q3 * t2)
             s[j, (Q + 2) * LANES + i] = n * (q2 + q0 * t2 + q3 * t1 - q1 * t3)
@@ -168,30 +168,43 @@ def local_error(s, blocks, h, scheme, tip_block, tip_lane, p1, p2, p3):
     """
     ca = (1.0 - scheme.alpha_m) / ((1.0 - scheme.alpha_f) * scheme.beta * h * h)
     back = 1.0 / (1.0 - scheme.alpha_m)
-    push = (p1, p2, p3)
-    total = 0.0
-    mass = 0.0
-    tip_change = 0.0
+    by_step, by_old = back * (1.0 - scheme.alpha_f), back * scheme.alpha_f
+    total = load8(s[0], MASS * LANES) * 0.0
+    mass = total
     for j in range(blocks):
-        for i in range(LANES):
-            square = 0.0
-            for row in range(3):
-                u = s[j, (X + row) * LANES + i] - s[j, (X0 + row) * LANES + i]
-                change = back * (
-                    (1.0 - scheme.alpha_f) * (ca * u - s[j, (HA + row) * LANES + i])
-                    + scheme.alpha_f * s[j, (ACC0 + row) * LANES + i]
-                    - s[j, (A0 + row) * LANES + i])
-                square += change * change
-                if j == tip_block and i == tip_lane:
-                    tip_change += (2.0 * change + push[row]) * push[row]
-            total += s[j, MASS * LANES + i] * square
-            if square > 0.0:
-                mass += s[j, MASS * LANES + i]
-    if mass == 0.0:
-        return 0.0
-    total = max(total + s[tip_block, MASS * LANES + tip_lane] * tip_change, 0.0)
+        r = s[j]
+        square = total * 0.0
+        for row in range(3):
+            change = _change_of_a(r, row, ca, by_step, by_old, back)
+            square = square + change * change
+        total = total + load8(r, MASS * LANES) * square
+        mass = mass + load8(r, MASS * LANES)
+    r = s[tip_block]
+    tip_change = 0.0
+    for row, push in enumerate((p1, p2, p3)):
+        store8(r, FORCE * LANES, _change_of_a(r, row, ca, by_step, by_old, back))
+        tip_change += (2.0 * r[FORCE * LANES + tip_lane] + push) * push
+    total = max(_sum(r, total) + r[MASS * LANES + tip_lane] * tip_change, 0.0)
     constant = abs(scheme.beta + 0.5 * (scheme.alpha_m - scheme.alpha_f) - 1.0 / 6.0)
-    return constant * h * h * (total / mass) ** 0.5
+    return constant * h * h * sqrt(total / _sum(r, mass))
+
+
+@jit
+def _change_of_a(r, row, ca, by_step, by_old, back):
+    """Return by how much A changes over the step, a row of displacements of a block."""
+    u = load8(r, (X + row) * LANES) - load8(r, (X0 + row) * LANES)
+    return (by_step * (ca * u - load8(r, (HA + row) * LANES))
+            + by_old * load8(r, (ACC0 + row) * LANES) - back * load8(r, (A0 + row) * LANES))
+
+
+@jit
+def _sum(r, lanes):
+    """Return the sum of a vector, by way of a row that is free between evaluations of forces."""
+    store8(r, FORCE * LANES, lanes)
+    total = 0.0
+    for i in range(LANES):
+        total += r[FORCE * LANES + i]
+    return total
 
 
 @jit
@@ -206,12 +219,12 @@ def accept_step(s, blocks, h, scheme):
     ca = beta_h2 * (1.0 - scheme.alpha_m) / (1.0 - scheme.alpha_f)
     cv = scheme.gamma / (scheme.beta * h)
     back = 1.0 / (1.0 - scheme.alpha_m)
-    both = 0.0
-    square = 0.0
+    by_step, by_old = back * (1.0 - scheme.alpha_f), back * scheme.alpha_f
+    by_pseudo = back * scheme.alpha_m
+    both = load8(s[0], MASS * LANES) * 0.0
+    square = both
     for j in range(blocks):
-        for i in range(LANES):  # sums of each lane, in rows that are free now
-            s[j, FORCE * LANES + i] = 0.0
-            s[j, (FORCE + 1) * LANES + i] = 0.0
+        r = s[j]
         for i in range(LANES):  # rotation increments
             q0, q1, q2, q3 = (s[j, Q * LANES + i], s[j, (Q + 1) * LANES + i],
                               s[j, (Q + 2) * LANES + i], s[j, (Q + 3) * LANES + i])
@@ -221,34 +234,27 @@ def accept_step(s, blocks, h, scheme):
             s[j, (R + 3) * LANES + i] = inverse * (s0 * q1 - q0 * s1 - s2 * q3 + s3 * q2)
             s[j, (R + 4) * LANES + i] = inverse * (s0 * q2 - q0 * s2 - s3 * q1 + s1 * q3)
             s[j, (R + 5) * LANES + i] = inverse * (s0 * q3 - q0 * s3 - s1 * q2 + s2 * q1)
-            s[j, R * LANES + i] = s[j, X * LANES + i] - s[j, X0 * LANES + i]
-            s[j, (R + 1) * LANES + i] = s[j, (X + 1) * LANES + i] - s[j, (X0 + 1) * LANES + i]
-            s[j, (R + 2) * LANES + i] = s[j, (X + 2) * LANES + i] - s[j, (X0 + 2) * LANES + i]
+        for row in range(3):
+            store8(r, (R + row) * LANES,
+                   load8(r, (X + row) * LANES) - load8(r, (X0 + row) * LANES))
         for row in range(6):
-            for i in range(LANES):
-                u = s[j, (R + row) * LANES + i]
-                acceleration = ca * u - s[j, (HA + row) * LANES + i]
-                s[j, (V0 + row) * LANES + i] = cv * u + s[j, (HV + row) * LANES + i]
-                old = s[j, (A0 + row) * LANES + i]
-                new = back * (
-                    (1.0 - scheme.alpha_f) * acceleration
-                    + scheme.alpha_f * s[j, (ACC0 + row) * LANES + i]
-                    - scheme.alpha_m * old)
-                jump = s[j, (JUMP + row) * LANES + i]
-                s[j, FORCE * LANES + i] += jump * (new - old)
-                s[j, (FORCE + 1) * LANES + i] += jump * jump
-                s[j, (JUMP + row) * LANES + i] = new - old
-                s[j, (A0 + row) * LANES + i] = new
-                s[j, (ACC0 + row) * LANES + i] = acceleration
+            u = load8(r, (R + row) * LANES)
+            acceleration = ca * u - load8(r, (HA + row) * LANES)
+            old, jump = load8(r, (A0 + row) * LANES), load8(r, (JUMP + row) * LANES)
+            new = (by_step * acceleration + by_old * load8(r, (ACC0 + row) * LANES)
+                   - by_pseudo * old)
+            both = both + jump * (new - old)
+            square = square + jump * jump
+            store8(r, (V0 + row) * LANES, cv * u + load8(r, (HV + row) * LANES))
+            store8(r, (JUMP + row) * LANES, new - old)
+            store8(r, (A0 + row) * LANES, new)
+            store8(r, (ACC0 + row) * LANES, acceleration)
         for row in range(7):
-            for i in range(LANES):
-                s[j, (X0 + row) * LANES + i] = s[j, (X + row) * LANES + i]
-        for i in range(LANES):
-            both += s[j, FORCE * LANES + i]
-            square += s[j, (FORCE + 1) * LANES + i]
-    if square == 0.0:
+            store8(r, (X0 + row) * LANES, load8(r, (X + row) * LANES))
+    size = _sum(s[0], square)
+    if size == 0.0:
         return 0.0
-    return min(max(both / square, -1.0), 1.0)
+    return min(max(_sum(s[0], both) / size, -1.0), 1.0)
 
 
 @jit
