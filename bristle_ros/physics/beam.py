@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import jit
-from .lanes import load4, store4
+from .lanes import load4, store4, with_first4
 from .layout import (DP, DX, ELEMENTS, EXCESS, FORCE, LANES, LFORCE, LQ, LTORQUE, LX, P, PF, PG,
                      PM, Q, SECTION_FORCE, STRAIN, STRESS, STRESS0, TORQUE, WEIGHT, X)
 
@@ -58,13 +58,12 @@ def gather_left_nodes(s, blocks, clamp):
     clamp [m, -] : (7,)       position and quaternion of the clamped node
     """
     for j in range(blocks):
+        r = s[j]
         for row in range(7):
-            for lane in range(1, ELEMENTS):
-                s[j, (LX + row) * LANES + lane] = s[j, (X + row) * LANES + ELEMENTS - 1 + lane]
-            if j == 0:
-                s[j, (LX + row) * LANES] = clamp[row]
-            else:
-                s[j, (LX + row) * LANES] = s[j - 1, (X + row) * LANES + LANES - 1]
+            before = clamp[row] if j == 0 else s[j - 1, (X + row) * LANES + LANES - 1]
+            # the right corners of all but the last element, one lane on
+            corners = load4(r, (X + row) * LANES + ELEMENTS - 1)
+            store4(r, (LX + row) * LANES, with_first4(corners, before))
 
 
 @jit
@@ -217,12 +216,13 @@ def internal_forces(s, blocks, clamp, section, factor, mixed):
         section_forces(s, j, section, factor, mixed)
         scatter(s, j, section.element_length)
     for j in range(blocks):
+        r = s[j]
         for row in range(7):
-            for lane in range(1, ELEMENTS):
-                s[j, (FORCE + row) * LANES + ELEMENTS - 1 + lane] += (
-                    s[j, (LFORCE + row) * LANES + lane])
+            # left corners are right ones one lane back; the lane behind the last is always zero
+            right = (FORCE + row) * LANES + ELEMENTS
+            store4(r, right, load4(r, right) + load4(r, (LFORCE + row) * LANES + 1))
             if j > 0:
-                s[j - 1, (FORCE + row) * LANES + LANES - 1] += s[j, (LFORCE + row) * LANES]
+                s[j - 1, (FORCE + row) * LANES + LANES - 1] += r[(LFORCE + row) * LANES]
 
 
 @jit

@@ -91,7 +91,7 @@ def _place(context, builder, sig, values, width):
 
 
 def _access(width):
-    """Make load, store (in flat, contiguous arrays) and splat of vectors of this width."""
+    """Make load, store (in flat, contiguous arrays), splat and with_first for this width."""
     lanes = _Lanes(width)
 
     @intrinsic
@@ -120,7 +120,14 @@ def _access(width):
             return _splat(builder, values[0], width)
         return lanes(types.float64), generate
 
-    return load, store, splat
+    @intrinsic
+    def with_first(typing, lanes_, number):
+        """Return the vector with `number` in its first lane."""
+        def generate(context, builder, sig, values):
+            return builder.insert_element(values[0], values[1], ir.Constant(ir.IntType(32), 0))
+        return lanes(lanes, types.float64), generate
+
+    return load, store, splat, with_first
 
 
 def _interpreted(width):
@@ -134,9 +141,12 @@ def _interpreted(width):
     def splat(number):
         return np.full(width, number)
 
-    return load, store, splat
+    def with_first(lanes, number):
+        return np.concatenate(([number], lanes[1:]))
+
+    return load, store, splat, with_first
 
 
 _made = _interpreted if config.DISABLE_JIT else _access  # type: ignore[attr-defined]
-load4, store4, splat4 = _made(4)
-load8, store8, _ = _made(8)
+load4, store4, splat4, with_first4 = _made(4)
+load8, store8, _, _ = _made(8)
