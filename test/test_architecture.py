@@ -37,8 +37,8 @@ ONLY = {
 }
 # Outside packages and the modules that may import them; `time` is the wall clock.
 OWNERS = {
-    'numba': ['physics.jit', 'physics.lanes'],
-    'llvmlite': ['physics.lanes'],
+    'numba': ['physics.jit', 'physics.lanes', 'physics.work_queue'],
+    'llvmlite': ['physics.lanes', 'physics.work_queue'],
     'yaml': ['scene_yaml', 'bag_metadata'],  # scenes, and the metadata.yaml of a bag
     'rclpy': ['node*', 'replay*'],
     'mcap': ['mcap_*'],
