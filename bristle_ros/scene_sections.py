@@ -144,9 +144,12 @@ class Solver(_Section):
     tolerance: float = number(
         1e-8, '1', 1e-14, 1e-2, "Newton's, relative to the element's length and to 1 rad; in "
         'steps below 0.2 ms it falls with their square')
-    step: str = choice('fixed', ('fixed', 'adaptive'), 'step control; marks are met by both')
+    step: str = choice(
+        'fixed', ('fixed', 'adaptive'), 'step control; marks are met by both. Fixed '
+        'steps are halved too where Newton fails or their local error is above 2e-4')
     error_tolerance: float = number(
-        1e-3, '1', 1e-12, 1.0, "local error of adaptive steps, relative to the bristle's length")
+        1e-3, '1', 1e-12, 1.0, "local error of adaptive steps, relative to the bristle's length; "
+        'no step has more than 2e-4')
     start: str = choice(
         'straight', ('straight', 'steady'), 'straight and at rest, or from the static equilibrium')
 

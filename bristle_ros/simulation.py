@@ -4,8 +4,8 @@ import time
 
 import numpy as np
 
-from .model import (build_model, build_state, check_start, contact_law, new_scratch,
-                    turn_nodes, viscosity_of)
+from .model import (build_model, build_state, check_start, contact_law, local_error_of,
+                    new_scratch, turn_nodes, viscosity_of)
 from .model_equilibrium import settle_state
 from .physics import output
 from .physics.drive import RAMP, ramp_at as compiled_ramp_at
@@ -152,10 +152,12 @@ class Simulation:
             array[:] = start
 
     def set_error_tolerance(self, tolerance):
-        """Let adaptive steps have this local error, relative to the length; resets keep it."""
-        if self.scene.solver.step == 'adaptive':
-            self.model = self.model._replace(
-                local_error=tolerance * self.scene.bristle.length)
+        """
+        Let adaptive steps have this local error, relative to the length; resets keep it.
+
+        No step may have more than model.WORST_ERROR.
+        """
+        self.model = self.model._replace(local_error=local_error_of(self.scene, tolerance))
 
     def check_command(self, topic, values):
         """Raise CommandRefused where `command` would; change nothing."""

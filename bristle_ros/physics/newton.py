@@ -32,7 +32,7 @@ AGEING = 1.5            # growth in each step that does not measure it
 SINGULAR_MATRIX = 1
 NO_CONVERGENCE = 2
 NOT_FINITE = 3
-TOO_INACCURATE = 4      # adaptive steps: the local error is above what it may be
+TOO_INACCURATE = 4      # the local error is above what it may be
 
 # running counts
 NEWTON = 0
@@ -206,7 +206,7 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
         inverse = 1.0 / s[block, MASS * LANES + lane]
         tip[ESTIMATE] = local_error(s, blocks, h, scheme, block, lane, p1 * inverse, p2 * inverse,
                                     p3 * inverse)
-        if model.local_error > 0.0 and tip[ESTIMATE] > model.local_error and h > shortest:
+        if tip[ESTIMATE] > model.local_error and h > shortest:
             status = TOO_INACCURATE
     if status != OK:
         tip[MATRIX_STEP] = 0.0

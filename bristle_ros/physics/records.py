@@ -25,7 +25,7 @@ class Model(NamedTuple):
     clamp_mass: float           # [kg] of the clamped node
     wires: float                # real wires per bristle
     displacement: bool          # load case: solved in mount axes with the clamp driven
-    local_error: float          # [m] above which a step is taken in halves; 0: fixed steps
+    local_error: float          # [m] above which a step is taken in halves
 
 
 class State(NamedTuple):

@@ -81,7 +81,7 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
             if level > 0:
                 counts[SUBSTEPS] += 1
                 if counts[NEWTON] - counted <= EASY and position % (2 * size) == 0 and (
-                        GROWTH * tip[ESTIMATE] <= model.local_error or model.local_error == 0.0):
+                        GROWTH * tip[ESTIMATE] <= model.local_error):
                     level -= 1
             if position == WHOLE:
                 tip[LEVEL] = level
