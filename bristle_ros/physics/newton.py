@@ -22,7 +22,7 @@ from .tip import (begin_contact, contact_correction, CONTRACTION, ESTIMATE, EXTR
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.4              # contraction above which the matrix is factorised anew at once
-WORTH = 5.0             # iterations that cost what a matrix costs
+WORTH = 3.0             # iterations that cost what a matrix costs, measured
 # what the second correction is of the first one, where there is no second one to tell
 UNKNOWN = 0.1           # after a new matrix
 LEAST = 1e-3

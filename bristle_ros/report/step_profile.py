@@ -1,11 +1,13 @@
 """Where a step's time goes: each kernel timed by itself, times how often a step calls it."""
 from bristle_ros.bench import best_of, measure
-from bristle_ros.model import new_scratch
+from bristle_ros.model import new_scratch, viscosity_of
 from bristle_ros.physics.beam import internal_forces
 from bristle_ros.physics.chain import eliminate, factorise, substitute
+from bristle_ros.physics.damping import accept_damping, predict_damping, strains
 from bristle_ros.physics.frame import CLAMP, SPIN, SPIN_RATE
 from bristle_ros.physics.layout import LANES, R, ROWS, tip_lane
 from bristle_ros.physics.loads import accept_step, begin_step, local_error, residual
+from bristle_ros.physics.mixed import add_excess, update_section_forces
 from bristle_ros.physics.newton import FACTORISATIONS, move_nodes, NEWTON
 from bristle_ros.physics.stepping import own_frame
 from bristle_ros.report.work_precision import scene_of
@@ -26,7 +28,7 @@ def _kernels(simulation):
     own_frame(model, state.motion, model.azimuth[0], 0.1, scratch, frame)
     clamp, spin, spin_rate = frame[CLAMP:], frame[SPIN:], frame[SPIN_RATE:]
     block, lane = tip_lane(model.elements)
-    return {
+    kernels = {
         'eliminate': ('iteration', lambda s, blocks, elements: eliminate(
             s, elements, mids, chain)),
         'substitute': ('iteration', lambda s, blocks, elements: substitute(
@@ -35,6 +37,10 @@ def _kernels(simulation):
             s, blocks, section.element_length)),
         'internal forces': ('iteration', lambda s, blocks, elements: internal_forces(
             s, blocks, clamp, section, 1.0, 1.0)),
+        'excess of section forces': ('iteration', lambda s, blocks, elements: add_excess(
+            s, mids)),
+        'update section forces': ('iteration', lambda s, blocks, elements: update_section_forces(
+            s, mids, section, 1.0)),
         'residual': ('iteration', lambda s, blocks, elements: residual(
             s, blocks, ca, cv, 0.1, frame)),
         'factorise': ('matrix', lambda s, blocks, elements: factorise(
@@ -46,6 +52,16 @@ def _kernels(simulation):
         'local error': ('step', lambda s, blocks, elements: local_error(
             s, blocks, STEP, scheme, block, lane, 0.0, 0.0, 0.0)),
     }
+    viscosity = viscosity_of(simulation.scene)
+    if viscosity:
+        kernels |= {
+            'predict damping': ('step', lambda s, blocks, elements: predict_damping(
+                s, blocks, section, viscosity, cv, 0.0, STEP)),
+            'strains': ('step', lambda s, blocks, elements: strains(
+                s, blocks, clamp, section.element_length)),
+            'accept damping': ('step', lambda s, blocks, elements: accept_damping(
+                s, blocks, cv, 0.0, STEP, ca, 0.0, 0.0))}
+    return kernels
 
 
 def _times(simulation):
@@ -82,7 +98,7 @@ def profile(progress, *, quick=False, repeats=5):
             rows.append({'scene': name, 'kernel': kernel, 'call_us': each,
                          'calls_per_step': calls, 'step_us': each * calls,
                          'share_percent': 100.0 * each * calls / found['step_us']})
-        rows.append({'scene': name, 'kernel': 'contact, damping, frames and the loops',
+        rows.append({'scene': name, 'kernel': 'contact, frames and the loops',
                      'step_us': left, 'share_percent': 100.0 * left / found['step_us']})
         rows.append({'scene': name, 'kernel': 'a whole step', 'step_us': found['step_us'],
                      'share_percent': 100.0})
