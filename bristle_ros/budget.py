@@ -17,8 +17,8 @@ class LoadBudget:
     """
 
     def __init__(self, max_load, tolerance):
-        """Start at `tolerance`, with nothing known of the load."""
-        self.tolerance = tolerance
+        """Start at `tolerance`, or at the loosest; nothing is known of the load yet."""
+        self.tolerance = min(tolerance, LOOSEST)
         self.load = 0.0         # over the last period
         self._max_load = max_load
         self._since = None      # (now, stepping) of the last decision

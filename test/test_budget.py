@@ -4,6 +4,7 @@ from dataclasses import replace
 from bristle_ros.budget import LoadBudget, LOOSEST, PERIOD, TIGHTEST
 from bristle_ros.driver import Driver
 from bristle_ros.log import Log
+from bristle_ros.model import WORST_ERROR
 from bristle_ros.scene import Run
 from bristle_ros.simulation import Simulation
 from bristle_ros.verify import verify
@@ -37,7 +38,7 @@ def test_the_tolerance_stays_within_bounds():
     assert decisions(LoadBudget(0.5, 1e-5), [3.0] * 20)[-1] is None     # nothing left to give
     budget = LoadBudget(0.5, 1e-5)
     decisions(budget, [3.0] * 20)
-    assert budget.tolerance == LOOSEST
+    assert budget.tolerance == LOOSEST == WORST_ERROR
     budget = LoadBudget(0.5, 1e-5)
     decisions(budget, [0.01] * 20)
     assert budget.tolerance == TIGHTEST

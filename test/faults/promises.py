@@ -104,7 +104,7 @@ class Brush(Process):
 
     @property
     def file(self):
-        """The first file of the log."""
+        """Return the first file of the log."""
         return self.log if self.log.suffix == '.mcap' else self.log / f'{self.log.name}_0.mcap'
 
     def ready(self):

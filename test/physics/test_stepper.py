@@ -1,6 +1,7 @@
 """The guaranteed step: repeatable to the bit, subdivides, and fails with the last good state."""
 from dataclasses import replace
 
+from bristle_ros.model import WORST_ERROR
 from bristle_ros.physics.layout import ACC0, LANES, MASS, ROWS, SECTION_FORCE, STRAIN0
 from bristle_ros.physics.newton import FAILURES
 from bristle_ros.scene import Damping
@@ -78,6 +79,17 @@ def test_a_brush_is_its_bristles():
         np.testing.assert_allclose(together.contact_impulse[i], one.contact_impulse[0], atol=1e-9)
         force += one.brush_force
     np.testing.assert_allclose(together.brush_force, force, atol=1e-6)
+
+
+def test_no_step_of_a_fixed_length_is_wildly_wrong():
+    # Converged, they would gain energy from nowhere: S4 at 1 ms, and an impact on a hard road
+    simulation = Simulation(tilted_sweep(its=1e-3, stiffness=1e5))
+    worst = 0.0
+    for _ in range(400):
+        simulation.advance(1)
+        worst = max(worst, simulation.snapshot().error_estimate)
+    assert 0.1 * WORST_ERROR < worst <= WORST_ERROR
+    assert simulation.snapshot().substeps > 0
 
 
 def test_large_steps_are_subdivided():
