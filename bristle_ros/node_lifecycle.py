@@ -1,5 +1,6 @@
 """The lifecycle node: parameters and commands in, snapshots out. Pacing is driver.py's."""
 from functools import wraps
+import threading
 
 from bristle_ros import messages, node_parameters, node_time
 from bristle_ros.driver import Driver
@@ -58,7 +59,7 @@ class BrushNode(LifecycleNode):
         self._on_end, self._wall_ns = on_end, wall_ns
         self._driver = self._log = self._outputs = self._pacing = self._last = None
         self._follower = self._commands = None
-        self._servers, self._stopping = [], False
+        self._servers, self._stopping, self._opening = [], False, threading.Lock()
         self._stepping, self._log_failed, self._late_before = False, False, 0
         self.normal_force, self.torque = [], []     # filled while `watched`
         self.watched = False
@@ -72,8 +73,11 @@ class BrushNode(LifecycleNode):
         """Open the log, compile, and enter the graph."""
         scene, self.problem = self.scene, None
         origin = self._wall_ns() if scene.run.time_origin == 'wall' else 0
-        if scene.log.path:
-            self._log = Log(scene.log.path, scene, resolve=self._resolve, origin=origin)
+        with self._opening:
+            if self._stopping:
+                return TransitionCallbackReturn.FAILURE
+            if scene.log.path:
+                self._log = Log(scene.log.path, scene, resolve=self._resolve, origin=origin)
         simulation = Simulation(scene)
         sample = steps(scene, scene.run.sample, 'run.sample') if self._log else 0
         self._driver = Driver(simulation, sample=sample, follow=self._follows)
@@ -133,7 +137,10 @@ class BrushNode(LifecycleNode):
 
     def finish(self):
         """Hold and complete the log, in whatever state; the process is about to end."""
+        opened = self._opening.acquire(timeout=CLOSING / 4)     # a log half made is not seen yet
         self._stopping = True
+        if opened:
+            self._opening.release()
         self._hold(CLOSING / 4)
         if self._log:
             self._log.close()
