@@ -14,6 +14,7 @@ from .physics.layout import (BLOCK, block_count, ELEMENTS, INERTIA, LANES, MASS,
 from .physics.newton import COUNTS
 from .physics.records import Model, Scratch, State
 from .physics.scheme import generalized_alpha, hht, newmark
+from .physics.stepping import BATCH, PARTS
 from .physics.tip import TIP
 from .scene import SceneError
 
@@ -133,7 +134,9 @@ def build_model(scene):
 def new_scratch(model):
     """Return the room that kernels work in."""
     return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
-                   np.zeros((2, FRAME)), np.zeros((2, BASICS)), np.zeros((model.blocks, BLOCK)),
+                   np.zeros((2, FRAME)), np.zeros((2, BASICS)),
+                   np.zeros((BATCH * PARTS + 1, FRAME)), np.zeros(BATCH * PARTS + 1, np.int64),
+                   np.zeros((model.blocks, BLOCK)),
                    np.zeros(TIP), np.zeros(3, np.int64))
 
 

@@ -50,6 +50,8 @@ class Scratch(NamedTuple):
     frame: np.ndarray           # (FRAME,)
     turned: np.ndarray          # (2, FRAME)
     basics: np.ndarray          # (2, BASICS)
+    parts: np.ndarray           # (BATCH PARTS + 1, FRAME) at parts of steps, where known
+    known: np.ndarray           # (BATCH PARTS + 1,) int64: 1 where they are
     saved: np.ndarray           # (blocks, BLOCK)
     saved_tip: np.ndarray       # (TIP,)
     failed: np.ndarray          # (3,) int64: step of a failure; step and bristle of the first

@@ -8,7 +8,7 @@ integration step. All decisions depend on the state alone, so a run repeats bit 
 from .chain import OK
 from .frame import CLAMP, drive_clamp, frame_at, turn_frame
 from .jit import inlined, jit
-from .layout import LANES, X, X0
+from .layout import HA, JUMP, LANES, LR, SECTION_FORCE, STRAIN0, X, X0
 from .newton import NEWTON, SUBSTEPS, try_step
 from .tip import ESTIMATE, LEVEL, MATRIX_STEP
 from .work_queue import take
@@ -17,6 +17,7 @@ EASY = 5                # iterations up to which a sub-step may become longer ag
 DEEPEST = 14            # halvings of the integration step
 FINEST = 10             # halvings that the error estimate may ask for
 BATCH = 64              # steps in one call: their frames are worked out beforehand
+PARTS = 8               # of a step, at whose ends frames are kept for other bristles
 WHOLE = 1 << DEEPEST
 MAX_ATTEMPTS = 2 * WHOLE
 # twice what the local error grows by when the step doubles: a longer step should last
@@ -43,20 +44,41 @@ def own_frame(model, motion, azimuth, t, scratch, frame):
 
 @jit
 def keep_copy(s, tip, into, into_tip):
-    """Copy a bristle's nodes and tip record."""
+    """Copy what a bristle's nodes carry from step to step, and its tip record."""
     for j in range(s.shape[0]):
-        for i in range(s.shape[1]):
-            into[j, i] = s[j, i]
+        for first, end in ((X0, HA), (STRAIN0, LR), (JUMP, SECTION_FORCE)):
+            for i in range(first * LANES, end * LANES):
+                into[j, i] = s[j, i]
     for i in range(tip.size):
         into_tip[i] = tip[i]
 
 
+@jit
+def part_frame(model, motion, azimuth, start, step, position, scratch, frame):
+    """
+    Fill the frame record of a bristle at start + step + position / WHOLE integration steps.
+
+    Where the steps of many bristles end, within 1 / PARTS of a step, it is worked out but once.
+    """
+    t = (start + step + position / WHOLE) * model.its
+    part = position * (PARTS / WHOLE)
+    if part != int(part):
+        own_frame(model, motion, azimuth, t, scratch, frame)
+        return
+    at = step * PARTS + int(part)
+    if scratch.known[at] == 0:
+        mount_frame(model, motion, t, scratch, scratch.parts[at])
+        scratch.known[at] = 1
+    turn_frame(scratch.parts[at], azimuth[0], azimuth[1], frame)
+
+
 @inlined
 def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, tip, counts,
-               scratch, step, table):
+               scratch, start, step, table):
     """
     Advance one bristle over one integration step, in halves of halves where Newton fails.
 
+    start, step : int     steps before this call, and in it
     table : (3, FRAME)    frame records at azimuth 0 at the step's start, middle and end
     Returns OK, or the last failure's status with the state as it was at the step's start.
     """
@@ -71,8 +93,8 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
             if size == WHOLE:
                 turn_frame(table[i], azimuth[0], azimuth[1], frames[i])
             else:
-                part = (position + 0.5 * i * size) / WHOLE
-                own_frame(model, motion, azimuth, (step + part) * model.its, scratch, frames[i])
+                part_frame(model, motion, azimuth, start, step, position + 0.5 * i * size,
+                           scratch, frames[i])
         counted = counts[NEWTON]
         status = try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames,
                           scratch, model.its / (1 << level), model.its / (1 << FINEST))
@@ -122,7 +144,7 @@ def make_steps(model, law, viscosity, audit, state, scratch, table, bristle, ste
         status = whole_step(
             model, law, viscosity, account, state.motion, model.azimuth[bristle],
             state.nodes[bristle], state.mids[bristle], state.chain[bristle], state.tip[bristle],
-            state.counts[bristle], scratch, state.step[0] + step, table[2 * step:])
+            state.counts[bristle], scratch, state.step[0], step, table[2 * step:])
         if status != OK:
             scratch.failed[0] = step
             break
@@ -138,6 +160,7 @@ def advance(model, law, viscosity, audit, state, scratch, table, queue, steps):
     the first failure (in steps, then bristles), whose step, counted from here, and bristle are in
     scratch.failed[1:]; state.step[0] stays for the caller to move.
     """
+    scratch.known[:steps * PARTS + 1] = 0
     worst = OK
     bristle = take(queue)
     while bristle < model.bristles:
@@ -163,6 +186,7 @@ def advance_alone(model, law, viscosity, audit, state, scratch, table, steps):
     while steps > 0:
         batch = min(steps, BATCH)
         fill_frames(model, law, state, scratch, batch, table)
+        scratch.known[:batch * PARTS + 1] = 0
         status = make_steps(model, law, viscosity, audit, state, scratch, table, 0, batch)
         if status != OK:
             state.step[0] += scratch.failed[0]
