@@ -1,9 +1,11 @@
 """The error tolerance that adaptive steps can afford within their share of a core."""
+from bristle_ros.model import WORST_ERROR
+
 PERIOD = 500_000_000    # [ns] of wall time between decisions
 LOW = 0.6               # share of the budget below which steps may become more accurate
 AIM = 0.8               # share of the budget that a decision aims at
 STEPS = 8.0             # the tolerance changes by this factor at most in one decision
-TIGHTEST, LOOSEST = 1e-9, 2e-4  # tolerances, relative to the bristle's length; model.WORST_ERROR
+TIGHTEST, LOOSEST = 1e-9, WORST_ERROR   # tolerances, relative to the bristle's length
 
 
 class LoadBudget:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .jit import jit
+from .jit import inlined, jit
 from .lanes import load4, store4, with_first4
 from .layout import (DP, DX, ELEMENTS, EXCESS, FORCE, LANES, LFORCE, LQ, LTORQUE, LX, P, PF, PG,
                      PM, Q, SECTION_FORCE, STRAIN, STRESS, STRESS0, TORQUE, WEIGHT, X)
@@ -90,6 +90,46 @@ def _put_slopes(r, at, scale, left, mid, right):
            - (scale * D_NEAR) * right)
 
 
+@inlined
+def point(s, j, i):
+    """
+    Return P, 1 / |P|^2, K, R row by row and c = R^T x' at the Gauss point in lane i of block j.
+
+    What the strains are made of: eps = c - e_1, kappa = 2 (k1, k2, k3).
+    """
+    p0 = s[j, P * LANES + i]
+    p1 = s[j, (P + 1) * LANES + i]
+    p2 = s[j, (P + 2) * LANES + i]
+    p3 = s[j, (P + 3) * LANES + i]
+    d0 = s[j, DP * LANES + i]
+    d1 = s[j, (DP + 1) * LANES + i]
+    d2 = s[j, (DP + 2) * LANES + i]
+    d3 = s[j, (DP + 3) * LANES + i]
+    x1 = s[j, DX * LANES + i]
+    x2 = s[j, (DX + 1) * LANES + i]
+    x3 = s[j, (DX + 2) * LANES + i]
+    inverse = 1.0 / (p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
+    k0 = (p0 * d0 + p1 * d1 + p2 * d2 + p3 * d3) * inverse
+    k1 = (p0 * d1 - d0 * p1 - p2 * d3 + p3 * d2) * inverse
+    k2 = (p0 * d2 - d0 * p2 - p3 * d1 + p1 * d3) * inverse
+    k3 = (p0 * d3 - d0 * p3 - p1 * d2 + p2 * d1) * inverse
+    two = 2.0 * inverse
+    r11 = 1.0 - two * (p2 * p2 + p3 * p3)
+    r12 = two * (p1 * p2 - p0 * p3)
+    r13 = two * (p1 * p3 + p0 * p2)
+    r21 = two * (p1 * p2 + p0 * p3)
+    r22 = 1.0 - two * (p1 * p1 + p3 * p3)
+    r23 = two * (p2 * p3 - p0 * p1)
+    r31 = two * (p1 * p3 - p0 * p2)
+    r32 = two * (p2 * p3 + p0 * p1)
+    r33 = 1.0 - two * (p1 * p1 + p2 * p2)
+    c1 = r11 * x1 + r21 * x2 + r31 * x3
+    c2 = r12 * x1 + r22 * x2 + r32 * x3
+    c3 = r13 * x1 + r23 * x2 + r33 * x3
+    return ((p0, p1, p2, p3), inverse, (k0, k1, k2, k3),
+            (r11, r12, r13, r21, r22, r23, r31, r32, r33), (c1, c2, c3))
+
+
 @jit
 def section_forces(s, j, section, factor, mixed):
     """
@@ -105,35 +145,8 @@ def section_forces(s, j, section, factor, mixed):
     bending_y = factor * section.bending_y
     bending_z = factor * section.bending_z
     for i in range(LANES):
-        p0 = s[j, P * LANES + i]
-        p1 = s[j, (P + 1) * LANES + i]
-        p2 = s[j, (P + 2) * LANES + i]
-        p3 = s[j, (P + 3) * LANES + i]
-        d0 = s[j, DP * LANES + i]
-        d1 = s[j, (DP + 1) * LANES + i]
-        d2 = s[j, (DP + 2) * LANES + i]
-        d3 = s[j, (DP + 3) * LANES + i]
-        x1 = s[j, DX * LANES + i]
-        x2 = s[j, (DX + 1) * LANES + i]
-        x3 = s[j, (DX + 2) * LANES + i]
-        inverse = 1.0 / (p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
-        k0 = (p0 * d0 + p1 * d1 + p2 * d2 + p3 * d3) * inverse
-        k1 = (p0 * d1 - d0 * p1 - p2 * d3 + p3 * d2) * inverse
-        k2 = (p0 * d2 - d0 * p2 - p3 * d1 + p1 * d3) * inverse
-        k3 = (p0 * d3 - d0 * p3 - p1 * d2 + p2 * d1) * inverse
-        two = 2.0 * inverse
-        r11 = 1.0 - two * (p2 * p2 + p3 * p3)
-        r12 = two * (p1 * p2 - p0 * p3)
-        r13 = two * (p1 * p3 + p0 * p2)
-        r21 = two * (p1 * p2 + p0 * p3)
-        r22 = 1.0 - two * (p1 * p1 + p3 * p3)
-        r23 = two * (p2 * p3 - p0 * p1)
-        r31 = two * (p1 * p3 - p0 * p2)
-        r32 = two * (p2 * p3 + p0 * p1)
-        r33 = 1.0 - two * (p1 * p1 + p2 * p2)
-        c1 = r11 * x1 + r21 * x2 + r31 * x3
-        c2 = r12 * x1 + r22 * x2 + r32 * x3
-        c3 = r13 * x1 + r23 * x2 + r33 * x3
+        (p0, p1, p2, p3), inverse, (k0, k1, k2, k3), r, (c1, c2, c3) = point(s, j, i)
+        r11, r12, r13, r21, r22, r23, r31, r32, r33 = r
         e1 = c1 - 1.0
         s[j, STRAIN * LANES + i] = e1
         s[j, (STRAIN + 1) * LANES + i] = c2

@@ -8,10 +8,10 @@ The rate follows the strain by the integrator's own recursion,
 not through nodal velocities: for small strain that is beta_D K v, a rigid rotation gives exactly
 none at any step size, and contact stays passive (test_passivity.py).
 """
-from .beam import gather_left_nodes, interpolate, stiffness
+from .beam import gather_left_nodes, interpolate, point, stiffness
 from .jit import jit
 from .lanes import load8, store8
-from .layout import DP, DX, LANES, P, RATE0, RATEACC0, STRAIN, STRAIN0, STRESS0
+from .layout import LANES, RATE0, RATEACC0, STRAIN, STRAIN0, STRESS0
 
 
 @jit
@@ -25,28 +25,13 @@ def strains(s, blocks, clamp, element_length):
     for j in range(blocks):
         interpolate(s, j, element_length)
         for i in range(LANES):
-            p0 = s[j, P * LANES + i]
-            p1 = s[j, (P + 1) * LANES + i]
-            p2 = s[j, (P + 2) * LANES + i]
-            p3 = s[j, (P + 3) * LANES + i]
-            d0 = s[j, DP * LANES + i]
-            d1 = s[j, (DP + 1) * LANES + i]
-            d2 = s[j, (DP + 2) * LANES + i]
-            d3 = s[j, (DP + 3) * LANES + i]
-            x1 = s[j, DX * LANES + i]
-            x2 = s[j, (DX + 1) * LANES + i]
-            x3 = s[j, (DX + 2) * LANES + i]
-            two = 2.0 / (p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
-            s[j, STRAIN * LANES + i] = (
-                x1 + two * (-(p2 * p2 + p3 * p3) * x1 + (p1 * p2 + p0 * p3) * x2
-                            + (p1 * p3 - p0 * p2) * x3)) - 1.0
-            s[j, (STRAIN + 1) * LANES + i] = x2 + two * (
-                (p1 * p2 - p0 * p3) * x1 - (p1 * p1 + p3 * p3) * x2 + (p2 * p3 + p0 * p1) * x3)
-            s[j, (STRAIN + 2) * LANES + i] = x3 + two * (
-                (p1 * p3 + p0 * p2) * x1 + (p2 * p3 - p0 * p1) * x2 - (p1 * p1 + p2 * p2) * x3)
-            s[j, (STRAIN + 3) * LANES + i] = two * (p0 * d1 - d0 * p1 - p2 * d3 + p3 * d2)
-            s[j, (STRAIN + 4) * LANES + i] = two * (p0 * d2 - d0 * p2 - p3 * d1 + p1 * d3)
-            s[j, (STRAIN + 5) * LANES + i] = two * (p0 * d3 - d0 * p3 - p1 * d2 + p2 * d1)
+            _, _, (_, k1, k2, k3), _, (c1, c2, c3) = point(s, j, i)
+            s[j, STRAIN * LANES + i] = c1 - 1.0
+            s[j, (STRAIN + 1) * LANES + i] = c2
+            s[j, (STRAIN + 2) * LANES + i] = c3
+            s[j, (STRAIN + 3) * LANES + i] = 2.0 * k1
+            s[j, (STRAIN + 4) * LANES + i] = 2.0 * k2
+            s[j, (STRAIN + 5) * LANES + i] = 2.0 * k3
 
 
 @jit
