@@ -54,11 +54,12 @@ prepare_venv() {
         for file in "$@"; do
             options="$options --requirement $file"
         done
-        # The default scene compiles (most of a minute of one core, once) while pip fetches ROS.
+        # The default scene compiles (most of a minute of one core, once) while pip fetches ROS;
+        # bench steps it as the node does, without the energy accounts that simulate keeps.
         grep -v '^ros-' "$here/requirements.txt" > "$here/.venv/without-ros.txt"
         install --requirement "$here/.venv/without-ros.txt"
-        (cd "$here" && "$python" -m bristle_ros simulate config/cutting_brush.yaml \
-            --duration 0.005 > /dev/null 2>&1) &
+        (cd "$here" && "$python" -m bristle_ros bench config/cutting_brush.yaml \
+            --duration 0.005 --repeats 1 > /dev/null 2>&1) &
         # Names of requirement files hold no spaces, and are relative to the checkout.
         install $options
         wait
