@@ -16,7 +16,7 @@ from .physics.records import Model, Scratch, State
 from .physics.scheme import generalized_alpha, hht, newmark
 from .physics.stepping import BATCH, PARTS
 from .physics.tip import TIP
-from .scene import SceneError
+from .scene import SceneError, tip_depth
 
 SHEAR_CORRECTION = 5.0 / 6.0    # rectangle
 FILLER = 1e-30      # mass [kg] and inertia [kg m^2] of nodes that only fill the last block
@@ -79,14 +79,6 @@ def contact_law(scene):
 def viscosity_of(scene):
     """Return beta_D [s], or None where it is zero."""
     return scene.damping.stiffness or None
-
-
-def tip_depth(scene):
-    """Return how far the lowest undeformed tip is below the mount centre, normal to the road."""
-    brush, beta = scene.brush, scene.road.attack_angle
-    length = scene.bristle.length
-    radius = brush.mount_radius + length * math.sin(brush.mount_angle)
-    return length * math.cos(brush.mount_angle) * math.cos(beta) + radius * math.sin(beta)
 
 
 def drive_of(scene, time_step):

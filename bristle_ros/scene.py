@@ -18,7 +18,7 @@ from .scene_yaml import read_file, read_text
 
 __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Friction', 'Damping',
            'Drive', 'Sweeper', 'Solver', 'Run', 'Log', 'load', 'from_parameters', 'from_arguments',
-           'keys', 'describe_keys', 'steps', 'to_yaml', 'to_parameters']
+           'keys', 'depth_refusal', 'describe_keys', 'steps', 'tip_depth', 'to_yaml', 'to_parameters']
 
 # Parameters that every ROS 2 node has beside its own.
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
@@ -58,6 +58,9 @@ def _check_combinations(scene):
         raise SceneError(
             'a rigid road (contact.normal_stiffness = .inf) has no penetration to damp: set it to '
             '0.0 or give a finite stiffness', key='contact.damping', value=contact.damping)
+    too_deep = depth_refusal(scene, scene.road.penetration)
+    if too_deep:
+        raise SceneError(too_deep, key='road.penetration', value=scene.road.penetration)
     if abs(drive.mean_speed) > drive.max_speed:
         raise SceneError(
             f'beyond drive.max_speed = {spell(drive.max_speed)} rad/s: lower it or raise that',
@@ -82,6 +85,29 @@ def _check_combinations(scene):
         steps(scene, scene.solver.time_step, 'solver.time_step')
     steps(scene, scene.run.chunk, 'run.chunk')
     steps(scene, scene.run.sample, 'run.sample')
+
+
+def tip_depth(scene):
+    """Return how far below the mount centre the lowest undeformed tip is, along the normal [m]."""
+    brush, beta = scene.brush, scene.road.attack_angle
+    length = scene.bristle.length
+    radius = brush.mount_radius + length * math.sin(brush.mount_angle)
+    return length * math.cos(brush.mount_angle) * math.cos(beta) + radius * math.sin(beta)
+
+
+def depth_refusal(scene, penetration):
+    """
+    Return why the road cannot be at this penetration [m], or None where it can.
+
+    At tip depth - mount_radius sin(attack_angle) the lowest clamp is in the road. Lifting is fine.
+    """
+    if not scene.contact.enabled:
+        return None
+    deepest = tip_depth(scene) - scene.brush.mount_radius * math.sin(scene.road.attack_angle)
+    if penetration < deepest:
+        return None
+    return (f'would bring a clamp to the road or below it: stay below {deepest:.6g} m, which is how '
+            'far the lowest undeformed tip is below its clamp')
 
 
 def steps(scene, seconds, key):

@@ -9,27 +9,35 @@ from .model import (build_model, build_state, check_start, contact_law, local_er
 from .model_equilibrium import settle_state
 from .physics import output
 from .physics.drive import RAMP, ramp_at as compiled_ramp_at
-from .physics.frame import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, ROTATION, SPEED, YAW)
+from .physics.frame import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, renew_rates, ROTATION,
+                            SPEED, split_load_step, YAW)
 from .physics.layout import ELEMENTS, LANES, ROWS, X
 from .physics.newton import (FAILURES, NEWTON, NO_CONVERGENCE, NOT_FINITE, SINGULAR_MATRIX,
                              SUBSTEPS, TOO_INACCURATE)
 from .physics.start import initialise
 from .physics.stepping import own_frame
 from .physics.tip import GAP
+from .scene import depth_refusal
 from .snapshot import Snapshot
 from .stepper import Stepper
 
+# what failed in the smallest sub-step, and what may do
 REASONS = {
-    SINGULAR_MATRIX: 'the iteration matrix became singular',
-    NO_CONVERGENCE: "Newton's corrections did not shrink",
-    NOT_FINITE: 'forces or positions overflowed',
-    TOO_INACCURATE: 'the local error stayed above solver.error_tolerance',
+    SINGULAR_MATRIX: 'the iteration matrix became singular: a smaller '
+                     'solver.integration_time_step may do',
+    NO_CONVERGENCE: "Newton's corrections did not shrink: a smaller solver.integration_time_step "
+                    'or some damping.stiffness may do',
+    NOT_FINITE: 'forces or positions overflowed: look at the sizes of bristle.* and drive.*',
+    TOO_INACCURATE: 'the local error stayed above solver.error_tolerance: raise it, or give a '
+                    'smaller solver.integration_time_step',
 }
+LOADS = "the brush's motion is not finite there: that is no fault of the scene, please report it"
 
 
 # A few commands a second are not worth a compiled function that has to be loaded.
 ramp_at = getattr(compiled_ramp_at, 'py_func', compiled_ramp_at)
 
+HIGHEST = 10.0  # [m] that a command may lift the brush: what road.penetration may be
 SLACK = 2e-5    # of an integration step, when a time is compared with a ramp's end
 
 
@@ -127,6 +135,10 @@ class Simulation:
         """Compile by taking no step and one look; neither changes the state."""
         self._stepper.warm()
         self._observe()
+        drive, motion = self.model.drive, self.state.motion.copy()
+        if drive.time_step:
+            split_load_step(0.5 * drive.time_step, drive, motion, self._scratch.basics)
+            renew_rates(0.5 * drive.time_step, drive, motion, self._scratch.basics)
 
     def advance(self, steps):
         """
@@ -138,12 +150,20 @@ class Simulation:
         status, bristle = self._stepper.advance(steps)
         if status:
             step = self.step
-            reason = REASONS[status]
+            reason = REASONS[status] if self._loads_finite(step) else LOADS
             if self.model.bristles > 1:
                 reason = f'bristle {bristle}: {reason}'
-            raise StepFailure(step * self.its, step,
-                              f'{reason} in the smallest sub-step; a smaller '
-                              'solver.integration_time_step or more damping may do')
+            raise StepFailure(step * self.its, step, reason)
+
+    def _loads_finite(self, step):
+        """Whether the frame's motion is finite at the ends of a step."""
+        frame = self._scratch.frames[0]
+        finite = True
+        for end in (step, step + 1):
+            own_frame(self.model, self.state.motion, self.model.azimuth[0], end * self.its,
+                      self._scratch, frame)
+            finite = finite and bool(np.isfinite(frame).all())
+        return finite
 
     def reset(self):
         """Go back to the scene's start, step 0."""
@@ -172,7 +192,15 @@ class Simulation:
         sweeper.max_yaw_acceleration and road.max_rate. Raises CommandRefused.
         """
         values = self._limits(topic, values)
-        scene, now = self.scene, self.step * self.its
+        drive, now = self.model.drive, self.step * self.its
+        if drive.time_step:
+            split_load_step(now, drive, self.state.motion, self._scratch.basics)
+        self._follow(topic, values, now)
+        if drive.time_step:
+            renew_rates(now, drive, self.state.motion, self._scratch.basics)
+
+    def _follow(self, topic, values, now):
+        scene = self.scene
         if topic == 'cmd_brush_speed':
             self._ramp(SPEED, now, values[0], scene.drive.max_acceleration)
         elif topic == 'cmd_penetration':
@@ -237,9 +265,13 @@ class Simulation:
                 raise CommandRefused(
                     f'{topic}: {values[2]:g} rad/s is beyond sweeper.max_yaw_rate = '
                     f'{scene.sweeper.max_yaw_rate:g} rad/s')
-        if topic == 'cmd_penetration' and not abs(values[0]) < self.model.drive.tip_depth:
-            raise CommandRefused(f'{topic}: {values[0]:g} m; the mount is only '
-                                 f'{self.model.drive.tip_depth:g} m above the undeformed tip')
+        if topic == 'cmd_penetration':
+            too_deep = depth_refusal(scene, values[0])
+            if too_deep:
+                raise CommandRefused(f'{topic}: {values[0]:g} m {too_deep}')
+            if values[0] < -HIGHEST:
+                raise CommandRefused(f'{topic}: {values[0]:g} m; the brush is lifted by at most '
+                                     f'{HIGHEST:g} m (-{HIGHEST:g})')
         return values
 
     def _observe(self):

@@ -177,9 +177,9 @@ def test_a_file_that_cannot_be_read(tmp_path):
     ('bristle.youngs_modulus', 2.07e8), ('bristle.youngs_modulus', 2.07e14),
     ('bristle.width', 5e-5), ('bristle.width', 5e-3), ('bristle.length', 0.02),
     ('bristle.length', 1.0), ('friction.static', 5.0), ('friction.decay', 100.0),
-    ('road.penetration', -0.01), ('road.penetration', 0.8), ('road.attack_angle', 1.3963),
+    ('road.penetration', -0.01), ('road.penetration', 0.21), ('road.attack_angle', 1.3963),
     ('brush.mount_orientation', -1000.0), ('sweeper.velocity', (0.0, -20.0)), ('gravity', 0.0),
-    ('solver.time_step', 0.05), ('brush.mount_radius', 0.0), ('brush.mount_angle', math.pi / 2),
+    ('solver.time_step', 0.05), ('brush.mount_radius', 0.0), ('brush.mount_angle', 1.54),
     ('drive.shape', 0.001), ('drive.shape', 0.99), ('run.real_time_factor', 0.0),
     ('solver.spectral_radius', 0.0), ('solver.spectral_radius', 1.0)])
 def test_extremes_are_admitted(name, value):
@@ -305,9 +305,9 @@ def test_any_scene_survives_its_own_yaml(tmp_path, values):
     try:
         scene = from_parameters(values, 'test')
     except SceneError as error:
-        assert error.key in ('friction.kinetic', 'contact.damping', 'drive.mean_speed',
-                             'sweeper.velocity', 'log.max_size', 'run.frame_prefix',
-                             'run.max_load')
+        assert error.key in ('road.penetration', 'friction.kinetic', 'contact.damping',
+                             'drive.mean_speed', 'sweeper.velocity', 'log.max_size',
+                             'run.frame_prefix', 'run.max_load')
         return
     text = to_yaml(scene)
     assert load(write(tmp_path, text)) == scene

@@ -22,9 +22,9 @@ def ramp_at(ramp, at, t):
 
     The value moves linearly from ramp[at + 1] to ramp[at + 2] in ramp[at + 3] seconds, then stays.
     At the ramp's end, to within ramp[at + 5] seconds, the rate is the one before it: a step that
-    ends there has felt it.
+    ends there has felt it. Before its start a ramp is what it is there: rounding may ask for that.
     """
-    tau = t - ramp[at]
+    tau = max(t - ramp[at], 0.0)
     change = ramp[at + 2] - ramp[at + 1]
     duration = ramp[at + 3]
     if tau < duration + ramp[at + 5]:

@@ -38,13 +38,19 @@ PENETRATION = 2 * RAMP
 FORWARD = 3 * RAMP
 LEFT = 4 * RAMP
 APPROACHING = 5 * RAMP      # 1 until the first command to the road
-MOTION = APPROACHING + 1
 
 # basics: what the frame is made of, linear between load steps (twelve numbers), then the ramps'
 # value, rate and integral
 RAMPS = 5
 _RAMPED = 12
 BASICS = _RAMPED + 3 * RAMPS
+_RATES = (2, 5, 7, 9, 11)   # of the basics: accelerations, and the road's speed
+
+# motion, where a command splits a load step: its time, and the loads that the step had reached
+SPLIT = APPROACHING + 1
+SPLIT_BASICS = SPLIT + 1
+SPLIT_CLAMP = SPLIT_BASICS + _RAMPED    # 2  cosine and sine that place the clamp on its chord
+MOTION = SPLIT_CLAMP + 2
 
 
 class Drive(NamedTuple):
@@ -98,6 +104,71 @@ def _basics_at(t, drive, motion, out):
 
 
 @jit
+def _load_step_at(t, drive):
+    """Return the number of the load step that t is in, and how far it is through: [0, 1)."""
+    n = floor(t / drive.time_step + 1e-9)
+    part = t / drive.time_step - n
+    return n, part if part > 1e-9 else 0.0
+
+
+@jit
+def _load_step_ends(t, n, part, drive, motion, basics):
+    """
+    Fill the loads at the ends of load step n into basics[0], basics[1]; return how far t is in it.
+
+    A command acts from its own time on, so the load step that it comes in is split there: up to
+    it, loads go where the old step led; from it to the step's end they are linear again.
+    """
+    end = (n + 1.0) * drive.time_step
+    _basics_at(end, drive, motion, basics[1])
+    split = motion[SPLIT]
+    if split > (n + 1e-9) * drive.time_step:
+        for i in range(_RAMPED):
+            basics[0, i] = motion[SPLIT_BASICS + i]
+        return (t - split) / (end - split)
+    _basics_at(n * drive.time_step, drive, motion, basics[0])
+    return part
+
+
+@jit
+def _chord_start(n, drive, motion, basics):
+    """Return cosine and sine of the clamp's place where its chord begins; basics: the ends."""
+    if motion[SPLIT] > (n + 1e-9) * drive.time_step:
+        return motion[SPLIT_CLAMP], motion[SPLIT_CLAMP + 1]
+    return cos(basics[0, 0]), sin(basics[0, 0])
+
+
+@jit
+def split_load_step(t, drive, motion, basics):
+    """
+    Keep the loads that the present load step has reached at time t, before a command changes it.
+
+    Values (angles, speeds, height, the clamp's place) go on from what they are: no load jumps. To
+    be followed by `renew_rates` once the ramps are changed. On a load step's end there is nothing
+    to split.
+    """
+    n, part = _load_step_at(t, drive)
+    if part == 0.0:
+        return
+    part = _load_step_ends(t, n, part, drive, motion, basics)
+    c, s = _chord_start(n, drive, motion, basics)
+    motion[SPLIT_CLAMP] = (1.0 - part) * c + part * cos(basics[1, 0])
+    motion[SPLIT_CLAMP + 1] = (1.0 - part) * s + part * sin(basics[1, 0])
+    for i in range(_RAMPED):
+        motion[SPLIT_BASICS + i] = basics[0, i] + part * (basics[1, i] - basics[0, i])
+    motion[SPLIT] = t
+
+
+@jit
+def renew_rates(t, drive, motion, basics):
+    """Let accelerations and the road's speed be those of the new ramps where a step is split."""
+    if motion[SPLIT] == t:
+        _basics_at(t, drive, motion, basics[0])
+        for i in _RATES:
+            motion[SPLIT_BASICS + i] = basics[0, i]
+
+
+@jit
 def frame_at(t, drive, displacement, motion, basics, frame):
     """
     Fill the frame record at time t [s], but for the clamp.
@@ -110,14 +181,12 @@ def frame_at(t, drive, displacement, motion, basics, frame):
     DOMEGA and the motion of the paper's pilot node, ramped. THETA and OMEGA stay exact.
     """
     if drive.time_step > 0.0:
-        n = floor(t / drive.time_step + 1e-9)
-        part = t / drive.time_step - n
+        n, part = _load_step_at(t, drive)
         _basics_at(t, drive, motion, basics[0])
         frame[THETA] = basics[0, 0]
         frame[OMEGA] = basics[0, 1]
-        if part > 1e-9:
-            _basics_at(n * drive.time_step, drive, motion, basics[0])
-            _basics_at((n + 1.0) * drive.time_step, drive, motion, basics[1])
+        if part > 0.0:
+            part = _load_step_ends(t, n, part, drive, motion, basics)
             for i in range(_RAMPED):
                 basics[0, i] += part * (basics[1, i] - basics[0, i])
     else:
@@ -188,15 +257,14 @@ def drive_clamp(t, drive, motion, clamp, basics, frame):
     theta = frame[THETA]
     c, s = cos(theta), sin(theta)
     if drive.time_step > 0.0:
-        n = floor(t / drive.time_step + 1e-9)
-        part = t / drive.time_step - n
-        if part > 1e-9:
-            _basics_at(n * drive.time_step, drive, motion, basics[0])
-            _basics_at((n + 1.0) * drive.time_step, drive, motion, basics[1])
+        n, part = _load_step_at(t, drive)
+        if part > 0.0:
+            part = _load_step_ends(t, n, part, drive, motion, basics)
             one, two = basics[0, 0], basics[1, 0]
             theta = one + part * (two - one)
-            c = (1.0 - part) * cos(one) + part * cos(two)
-            s = (1.0 - part) * sin(one) + part * sin(two)
+            c, s = _chord_start(n, drive, motion, basics)
+            c = (1.0 - part) * c + part * cos(two)
+            s = (1.0 - part) * s + part * sin(two)
     frame[CLAMP] = c * clamp[0] - s * clamp[1]
     frame[CLAMP + 1] = s * clamp[0] + c * clamp[1]
     frame[CLAMP + 2] = clamp[2]
