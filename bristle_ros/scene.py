@@ -18,7 +18,8 @@ from .scene_yaml import read_file, read_text
 
 __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Friction', 'Damping',
            'Drive', 'Sweeper', 'Solver', 'Run', 'Log', 'load', 'from_parameters', 'from_arguments',
-           'keys', 'depth_refusal', 'describe_keys', 'steps', 'tip_depth', 'to_yaml', 'to_parameters']
+           'keys', 'depth_refusal', 'describe_keys', 'steps', 'tip_depth', 'to_yaml',
+           'to_parameters']
 
 # Parameters that every ROS 2 node has beside its own.
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
@@ -106,8 +107,8 @@ def depth_refusal(scene, penetration):
     deepest = tip_depth(scene) - scene.brush.mount_radius * math.sin(scene.road.attack_angle)
     if penetration < deepest:
         return None
-    return (f'would bring a clamp to the road or below it: stay below {deepest:.6g} m, which is how '
-            'far the lowest undeformed tip is below its clamp')
+    return (f'would bring a clamp to the road or below it: stay below {deepest:.6g} m, which is '
+            'how far the lowest undeformed tip is below its clamp')
 
 
 def steps(scene, seconds, key):

@@ -87,7 +87,7 @@ def test_what_load_steps_change_is_second_order(name):
 @pytest.mark.parametrize('name', COMMANDS)
 @pytest.mark.parametrize('load_case', ['inertia', 'displacement'])
 def test_no_load_jumps_at_a_command(load_case, name):
-    """Angles, speeds, height and the clamp's place go on; only accelerations may change at once."""
+    """Angles, speeds, height and the clamp's place go on; accelerations may change at once."""
     simulation = Simulation(scene(load_case, 5e-3))
     before, steady = None, 0.0
     rates = [*range(SPIN_RATE, SPIN_RATE + 6), HEIGHT_RATE, DRAG_RATE]
@@ -130,7 +130,7 @@ def test_a_failure_names_what_failed():
 
 @pytest.mark.parametrize('attack', [0.0, 0.3])
 def test_no_clamp_is_brought_to_the_road(attack):
-    """The limit by hand: how far the lowest undeformed tip is below its clamp, along the normal."""
+    """The limit by hand: how far the lowest undeformed tip is below its clamp."""
     def deep(penetration, contact=True):
         return Scene(brush=Brush(mount_angle=MOUNT_ANGLE), contact=Contact(enabled=contact),
                      road=Road(penetration=penetration, attack_angle=attack))
