@@ -72,7 +72,8 @@ ARRAYS = {
     'contact_force': ('n, B, 3', 'N', 'road on tip in road axes, mean over the last step; z is '
                       'normal'),
     'contact_impulse': ('n, B, 3', 'N s', 'its sum since t = 0'),
-    'mount_force': ('n, B, 3', 'N', 'wire on board in brush axes'),
+    'mount_force': ('n, B, 3', 'N', 'wire on board in brush axes; with a clamp on a polygon (`solver.time_step`) its damping '
+                    'is the mean over the step'),
     'mount_moment': ('n, B, 3', 'N m', "the same, about the wire's clamp"),
     'mount_damping_force': ('n, B, 3', 'N', 'its part from `damping.stiffness`, x along the '
                             'radius of that bristle'),

@@ -11,7 +11,7 @@ none at any step size, and contact stays passive (test_passivity.py).
 from .beam import gather_left_nodes, interpolate, point, stiffness
 from .jit import jit
 from .lanes import load8, store8
-from .layout import LANES, RATE0, RATEACC0, STRAIN, STRAIN0, STRESS0
+from .layout import LANES, RATE0, RATEACC0, STRAIN, STRAIN0, STRAIN_BEFORE, STRESS0
 
 
 @jit
@@ -67,3 +67,11 @@ def accept_damping(s, blocks, cv, keep, drift, ca, keep_acc, drift_acc):
             store8(r, (RATEACC0 + row) * LANES,
                    ca * change - keep_acc * rate - drift_acc * acceleration)
             store8(r, (STRAIN0 + row) * LANES, strain)
+
+
+@jit
+def keep_strains(s):
+    """Keep the strains that an integration step begins with: its mean rate follows from them."""
+    for j in range(s.shape[0]):
+        for row in range(6):
+            store8(s[j], (STRAIN_BEFORE + row) * LANES, load8(s[j], (STRAIN0 + row) * LANES))

@@ -276,6 +276,12 @@ def drive_clamp(t, drive, motion, clamp, basics, frame):
 
 
 @jit
+def is_polygon(model):
+    """Whether the clamp is driven along the polygon of the load steps; its velocity then jumps."""
+    return model.displacement and model.drive.time_step > 0.0
+
+
+@jit
 def turn_frame(frame, cosine, sine, turned):
     """Copy a frame record for the bristle at the azimuth with this cosine and sine: own axes."""
     for row in range(3):

@@ -61,7 +61,9 @@ RATEACC0 = 128  # 6
 SECTION_FORCE0 = 146    # 3  [N] at the start of the step, section axes
 SECTION_FORCE = 149     # 3  now
 EXCESS = 152    # 3  what the strain would make of it, less what it is
-ROWS = 155
+# point rows, where the clamp is driven along a polygon
+STRAIN_BEFORE = 155     # 6  at the start of the integration step, sub-steps or not
+ROWS = 161
 BLOCK = ROWS * LANES
 
 

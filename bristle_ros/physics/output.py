@@ -4,10 +4,10 @@ from math import cos, sin
 from .beam import clamp_reaction, internal_forces, stiffness
 from .contact_law import spring_energy
 from .energy import DISSIPATED, kinetic_energy, strain_energy, WORK
-from .frame import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, OMEGA, ROTATION, SPIN, SPIN_RATE, THETA,
-                    turn_frame)
+from .frame import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, is_polygon, OMEGA, ROTATION, SPIN,
+                    SPIN_RATE, THETA, turn_frame)
 from .jit import jit
-from .layout import LANES, Q, RATE0, STRESS0, tip_lane, X
+from .layout import LANES, Q, RATE0, STRAIN0, STRAIN_BEFORE, STRESS0, tip_lane, X
 from .stepping import own_frame
 from .tip import ESTIMATE, FORCE, GAP, IMPULSE, rotate, rotate_back
 
@@ -63,6 +63,24 @@ def _put_turned_quaternion(row, at, c, s, w, x, y, z):
 
 
 @jit
+def _put_damping(s, model, viscosity, rows, by_time):
+    """
+    Put the stress that damping gives into STRESS0, with the strain rates in the rows from `rows`.
+
+    by_time [1/s] : float   0, or the rates are what these rows have changed by over the step
+    """
+    c = stiffness(model.section)
+    for j in range(model.blocks):
+        for component in range(6):
+            scale = viscosity * c[component]
+            for i in range(LANES):
+                rate = s[j, (rows + component) * LANES + i]
+                if by_time > 0.0:
+                    rate = by_time * (rate - s[j, (STRAIN_BEFORE + component) * LANES + i])
+                s[j, (STRESS0 + component) * LANES + i] = scale * rate
+
+
+@jit
 def observe(model, law, viscosity, state, scratch, rows, totals):
     """
     Fill the outputs of the present state.
@@ -114,16 +132,14 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
         row[ERROR] = tip[ESTIMATE]
 
         if viscosity is not None:
-            c = stiffness(model.section)
-            for j in range(model.blocks):
-                for component in range(6):
-                    scale = viscosity * c[component]
-                    for i in range(LANES):
-                        s[j, (STRESS0 + component) * LANES + i] = (
-                            scale * s[j, (RATE0 + component) * LANES + i])
+            _put_damping(s, model, viscosity, RATE0, 0.0)
             internal_forces(s, model.blocks, clamp, model.section, 0.0, 0.0)
             f1, f2, f3, _, _, _ = clamp_reaction(s, clamp)
             _put_turned(row, DAMPING_FORCE, c_back, s_back, f1, f2, f3)
+            if is_polygon(model):
+                # the rates ring from step to step there, unless the scheme damps that; their mean
+                # over the step is what the strains have changed by
+                _put_damping(s, model, viscosity, STRAIN0, 1.0 / model.its)
         else:
             row[DAMPING_FORCE] = 0.0
             row[DAMPING_FORCE + 1] = 0.0

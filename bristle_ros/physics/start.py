@@ -4,7 +4,7 @@ import numpy as np
 from .beam import internal_forces
 from .frame import CLAMP, DRAG_RATE, DRAG_SPIN
 from .layout import (A0, ACC0, ELEMENTS, HA, HV, INERTIA, LANES, MASS, Q, R, RATEACC0, ROWS,
-                     SECTION_FORCE0, STRAIN, STRAIN0, STRESS, V0, X, X0)
+                     SECTION_FORCE0, STRAIN, STRAIN0, STRAIN_BEFORE, STRESS, V0, X, X0)
 from .loads import residual
 from .stepping import own_frame
 
@@ -55,7 +55,7 @@ def _start_strain_rates(model, s, nodes, frame):
     half = PROBE / (max(np.abs(linear).max() / model.section.element_length,
                         np.abs(angular).max()) + 1e-300)
     spin, rate = np.array([0.0, 0.0, frame[DRAG_SPIN]]), np.array([0.0, 0.0, frame[DRAG_RATE]])
-    nodes[..., STRAIN0:STRAIN0 + 6] = strain
+    nodes[..., STRAIN0:STRAIN0 + 6] = nodes[..., STRAIN_BEFORE:STRAIN_BEFORE + 6] = strain
     # relative to the turning brush: a rigid turn strains nothing
     turn = 0.5 * half * (angular - _turned(_conjugate(q), rate))
     x += half * (linear - np.cross(spin, np.cross(spin, x)) - np.cross(rate, x))

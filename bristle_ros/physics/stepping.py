@@ -6,7 +6,8 @@ step; when that fails too, `advance` stops with a status and the state at the st
 integration step. All decisions depend on the state alone, so a run repeats bit for bit.
 """
 from .chain import OK
-from .frame import CLAMP, drive_clamp, frame_at, turn_frame
+from .damping import keep_strains
+from .frame import CLAMP, drive_clamp, frame_at, is_polygon, turn_frame
 from .jit import inlined, jit
 from .layout import HA, JUMP, LANES, LR, SECTION_FORCE, STRAIN0, X, X0
 from .newton import NEWTON, SUBSTEPS, try_step
@@ -83,6 +84,8 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
     Returns OK, or the last failure's status with the state as it was at the step's start.
     """
     frames = scratch.frames
+    if viscosity is not None and is_polygon(model):
+        keep_strains(s)
     position = 0
     level = int(tip[LEVEL])
     if level > 0:
