@@ -57,6 +57,7 @@ class Driver:
         self._clock = clock
         self._lock = threading.Lock()   # commands come from another thread than chunks
         self._total = 0                 # steps since the start of the run
+        self._until = 0                 # step at which the chunk that runs ends, else the same
         self._base = -simulation.step   # total step = base + simulation.step
         self._pending = {}              # topic: values; the newest wins, so it cannot grow
         self._reset = False
@@ -76,7 +77,12 @@ class Driver:
 
     def start(self):
         """Take now as the time at which the step reached is due; what came before is gone."""
-        self.pace.start(self._total)
+        with self._lock:
+            self._start()
+
+    def _start(self):
+        # A chunk that runs already ends where it ends: its stamps must not be ahead of the clock.
+        self.pace.start(self._until)
         self._last_velocity = self._clock()     # [ns] when cmd_vel was last heard
         self._marks.clear()
         if self.budget:
@@ -117,7 +123,8 @@ class Driver:
 
         Where a clock is followed it is that clock's, measured; 0 while it stands still.
         """
-        return self.pace.factor()
+        with self._lock:
+            return self.pace.factor()
 
     @real_time_factor.setter
     def real_time_factor(self, factor):
@@ -154,13 +161,18 @@ class Driver:
         try:
             self.simulation.check_command(topic, values)
         except CommandRefused:
-            self.refused += 1
+            self.count_refusal()
             raise
         with self._lock:
             self._pending.pop(topic, None)  # keeps the order of arrival
             self._pending[topic] = values
             if topic == 'cmd_vel':
                 self._last_velocity = self._clock()
+
+    def count_refusal(self):
+        """Count a command that was refused, by whichever thread."""
+        with self._lock:
+            self.refused += 1
 
     def reset(self):
         """Back to the scene's start at the next chunk's start; drops commands not yet applied."""
@@ -205,7 +217,7 @@ class Driver:
         with self._lock:
             if self._paused:
                 self._paused = self._single = False
-                self.start()
+                self._start()
 
     def step_once(self):
         """Make one chunk due while paused; False (and nothing) if not, or without a clock."""
@@ -223,6 +235,7 @@ class Driver:
         start = self._total
         end = start + (self.chunk if steps is None else steps)
         with self._lock:
+            self._until = end
             single, self._single = self._single, False
             paced = not single and not self._paused
             if paced:
@@ -278,7 +291,7 @@ class Driver:
             try:
                 self.simulation.command(event.topic, event.values)
             except CommandRefused:  # checked when it came, but the state may have moved on
-                self.refused += 1
+                self.count_refusal()
                 return
             if event.kind == 'command' and event.topic == 'cmd_vel':
                 self._timed_out = False
@@ -313,5 +326,6 @@ class Driver:
 
     def _end(self, paced, end):
         with self._lock:
+            self._until = self._total
             self.late_chunks += paced and self.pace.late(end)
             self._marks.add(self._clock(), self._total)

@@ -129,7 +129,7 @@ def new_scratch(model):
                    np.zeros((2, FRAME)), np.zeros((2, BASICS)),
                    np.zeros((BATCH * PARTS + 1, FRAME)), np.zeros(BATCH * PARTS + 1, np.int64),
                    np.zeros((model.blocks, BLOCK)),
-                   np.zeros(TIP), np.zeros(3, np.int64))
+                   np.zeros(TIP), np.zeros(AUDIT), np.zeros(3, np.int64))
 
 
 def straight_nodes(scene, model):

@@ -54,7 +54,7 @@ class Commands:
             own = self._own_time() if self._run.publish_clock else None
             age = node_time.age(self._node, message.header.stamp, own)
             if age is not None and age * 1e-9 >= limit:
-                self._driver.refused += 1
+                self._driver.count_refusal()
                 raise CommandRefused(f'cmd_vel: its stamp is {age * 1e-9:.6g} s old, beyond '
                                      f'run.command_timeout = {limit:.6g} s')
         return _velocity(message.twist)

@@ -13,7 +13,7 @@ from .physics.frame import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, ren
                             SPEED, split_load_step, YAW)
 from .physics.layout import ELEMENTS, LANES, ROWS, X
 from .physics.newton import (FAILURES, NEWTON, NO_CONVERGENCE, NOT_FINITE, SINGULAR_MATRIX,
-                             SUBSTEPS, TOO_INACCURATE)
+                             SUBSTEPS, UNFINISHED)
 from .physics.start import initialise
 from .physics.stepping import own_frame
 from .physics.tip import GAP
@@ -28,8 +28,8 @@ REASONS = {
     NO_CONVERGENCE: "Newton's corrections did not shrink: a smaller solver.integration_time_step "
                     'or some damping.stiffness may do',
     NOT_FINITE: 'forces or positions overflowed: look at the sizes of bristle.* and drive.*',
-    TOO_INACCURATE: 'the local error stayed above solver.error_tolerance: raise it, or give a '
-                    'smaller solver.integration_time_step',
+    UNFINISHED: 'the step was not done after as many sub-steps as there may be: a smaller '
+                'solver.integration_time_step may do',
 }
 LOADS = "the brush's motion is not finite there: that is no fault of the scene, please report it"
 

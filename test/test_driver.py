@@ -1,4 +1,5 @@
 """Pacing, overload, commands and resets, against a clock turned by hand."""
+import threading
 import time
 from types import SimpleNamespace
 
@@ -450,3 +451,43 @@ def test_nothing_runs_once_it_has_settled_after_a_pause():
     pacing.stop()
     assert driver.total_step == told == 0
     assert not failures
+
+
+def test_going_on_while_a_chunk_runs_leaves_no_stamp_ahead_of_the_followed_clock():
+    clock = Clock()
+    driver = following(clock)
+    driver.follow(10_005 * MS)
+    plain = driver.simulation.advance
+
+    def advance(steps):     # what other threads do meanwhile
+        driver.pause()
+        driver.resume()
+        driver.follow(10_006 * MS)
+        plain(steps)
+
+    driver.simulation.advance = advance
+    chunk = driver.run_chunk()
+    assert driver.pace.origin + round(chunk.end * driver.its * 1e9) <= driver.pace.time
+
+
+def test_refusals_of_many_threads_are_all_counted():
+    driver = Driver(Counting(Clock()), clock=Clock())
+
+    class Slow(int):    # lets another thread in between reading a number and storing it
+        def __add__(self, other):
+            time.sleep(1e-4)
+            return Slow(int(self) + other)
+
+    driver.refused = Slow(0)
+
+    def refuse():
+        for _ in range(20):
+            with pytest.raises(CommandRefused):
+                driver.command('cmd_penetration', (666.0,))
+
+    threads = [threading.Thread(target=refuse) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert driver.refused == 80

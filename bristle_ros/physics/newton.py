@@ -32,7 +32,9 @@ AGEING = 1.5            # growth in each step that does not measure it
 SINGULAR_MATRIX = 1
 NO_CONVERGENCE = 2
 NOT_FINITE = 3
-TOO_INACCURATE = 4      # the local error is above what it may be
+TOO_INACCURATE = 4      # the local error is above what it may be: never the last word, since the
+#                         finest sub-steps are taken whatever theirs
+UNFINISHED = 5          # attempts ran out
 
 # running counts
 NEWTON = 0

@@ -54,4 +54,5 @@ class Scratch(NamedTuple):
     known: np.ndarray           # (BATCH PARTS + 1,) int64: 1 where they are
     saved: np.ndarray           # (blocks, BLOCK)
     saved_tip: np.ndarray       # (TIP,)
+    saved_audit: np.ndarray     # (AUDIT,)
     failed: np.ndarray          # (3,) int64: step of a failure; step and bristle of the first

@@ -10,7 +10,7 @@ from .damping import keep_strains
 from .frame import CLAMP, drive_clamp, frame_at, is_polygon, turn_frame
 from .jit import inlined, jit
 from .layout import HA, JUMP, LANES, LR, SECTION_FORCE, STRAIN0, X, X0
-from .newton import NEWTON, SUBSTEPS, try_step
+from .newton import NEWTON, SUBSTEPS, try_step, UNFINISHED
 from .tip import ESTIMATE, LEVEL, MATRIX_STEP
 from .work_queue import take
 
@@ -90,6 +90,9 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
     level = int(tip[LEVEL])
     if level > 0:
         keep_copy(s, tip, scratch.saved, scratch.saved_tip)
+    if audit is not None:
+        for i in range(audit.size):
+            scratch.saved_audit[i] = audit[i]
     for _ in range(MAX_ATTEMPTS):
         size = WHOLE >> level
         for i in range(3):
@@ -118,11 +121,14 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
             if level > DEEPEST:
                 break
     keep_copy(scratch.saved, scratch.saved_tip, s, tip)
+    if audit is not None:
+        for i in range(audit.size):
+            audit[i] = scratch.saved_audit[i]
     tip[MATRIX_STEP] = 0.0
     for j in range(model.blocks):
         for i in range(7 * LANES):
             s[j, X * LANES + i] = s[j, X0 * LANES + i]
-    return status
+    return UNFINISHED if status == OK else status
 
 
 @jit
