@@ -1,22 +1,21 @@
 """The same simulation without ROS and without a clock: `simulate`, to arrays, a table or a log."""
 from contextlib import ExitStack
-import csv
 from dataclasses import replace
 import os
-from pathlib import Path
 import sys
 import time
 
 from bristle_ros.cli import add_scene, load_scene, Parser
+from bristle_ros.sample_file import check_output, open_output, SampleArrays
 from bristle_ros.scene import load, Scene, SceneError, steps
-from bristle_ros.snapshot import NPZ_ARRAYS
+from bristle_ros.whole_file import StopSignals
 
 INTERRUPTED = 130       # what a shell expects of a command that ended by Ctrl-C
 PATIENCE = 1.0          # [s] a run may last before it shows its progress
-_FORMATS = ('.npz', '.csv', '.mcap')
 
 
-def simulate(scene_or_path, duration, *, sample=None, commands=None, output=None, overrides=None):
+def simulate(scene_or_path, duration, *, sample=None, commands=None, output=None, overrides=None,
+             overwrite=False):
     """
     Simulate `duration` [s] of a scene and return its samples.
 
@@ -25,18 +24,23 @@ def simulate(scene_or_path, duration, *, sample=None, commands=None, output=None
     commands : path of a CSV `t,topic,values...` or of a log; or a list of (t, topic, values)
     output : path of an .npz, .csv or .mcap to write as well
     overrides : dict, dotted scene key to value
+    overwrite : whether `output` may replace a file; that one stays until the new one is whole
 
     Returns dict of the arrays of `--output FILE.npz`, name to (n, ...) array, SI units.
     Raises SceneError for unusable input, and StepFailure when the simulation could not go on: then
-    `output` holds what came before.
+    `output` holds what came before. A KeyboardInterrupt is passed on; what came before it is kept
+    as NAME.partial.EXT beside `output`.
     """
-    arrays = _Arrays()
     run = _Run(scene_or_path, duration, sample, commands, overrides)
+    arrays = SampleArrays(run)
     with ExitStack() as stack:
-        run.go([arrays, *_open_output(output, run, arrays, stack)])
+        sinks = [arrays]
+        if output is not None:
+            sinks.append(stack.enter_context(open_output(output, run, arrays, overwrite)))
+        run.go(sinks)
     if run.failure:
         raise run.failure
-    return arrays.result(run)
+    return arrays.result()
 
 
 class _Run:
@@ -59,26 +63,24 @@ class _Run:
         self.driver = Driver(self.simulation, paced=False,
                              sample=steps(self.scene, self.scene.run.sample, 'run.sample'))
         self.driver.schedule([event for _, event in events])
-        self.failure, self.interrupted = None, False
+        self.expected_samples = -(-self.steps // self.driver.sample)
+        self.failure = None
         self.samples, self.applied = 0, 0
         self._normal = self._torque = self._normal_max = 0.0
 
     def go(self, sinks, show=None):
         """Run to the end, giving each chunk to all `sinks`; `show(done, total)` sees it grow."""
         driver = self.driver
-        try:
-            while driver.total_step < self.steps and self.failure is None:
-                chunk = driver.run_chunk(min(driver.chunk, self.steps - driver.total_step))
-                if chunk.end == self.steps and chunk.end % driver.sample:
-                    chunk = chunk._replace(samples=(*chunk.samples, chunk.last))
-                self.failure = chunk.failure
-                self._count(chunk)
-                for sink in sinks:
-                    sink.write(chunk)
-                if show:
-                    show(chunk.end, self.steps)
-        except KeyboardInterrupt:
-            self.interrupted = True
+        while driver.total_step < self.steps and self.failure is None:
+            chunk = driver.run_chunk(min(driver.chunk, self.steps - driver.total_step))
+            if chunk.end == self.steps and chunk.end % driver.sample:
+                chunk = chunk._replace(samples=(*chunk.samples, chunk.last))
+            self.failure = chunk.failure
+            self._count(chunk)
+            for sink in sinks:
+                sink.write(chunk)
+            if show:
+                show(chunk.end, self.steps)
 
     def _count(self, chunk):
         wires = self.scene.brush.wires_per_bristle
@@ -137,96 +139,6 @@ def _events(commands, its):
             for i, (t, topic, values) in enumerate(commands)]
 
 
-class _Arrays:
-    """Collects samples as the arrays of the contract."""
-
-    def __init__(self, path=None):
-        self._path = path
-        self._rows = []
-
-    def write(self, chunk):
-        self._rows.extend(chunk.samples)
-
-    def result(self, run):
-        """Return the arrays by name."""
-        import numpy as np
-        found = {name: np.array([getattr(row, name) for row in self._rows]) for name in NPZ_ARRAYS}
-        found['wall_time'] = np.array(run.driver.stepping * 1e-9)
-        found['compile_time'] = np.array(run.simulation.compile_time)
-        return found
-
-
-class _Table:
-    """Writes samples as a CSV: one column for each component, named like `tip_position_0_x`."""
-
-    def __init__(self, file):
-        self._rows = csv.writer(file)
-        self._header = False
-
-    def write(self, chunk):
-        for snapshot in chunk.samples:
-            if not self._header:
-                self._rows.writerow([name for field in NPZ_ARRAYS
-                                     for name in _columns(field, getattr(snapshot, field))])
-                self._header = True
-            self._rows.writerow([value for field in NPZ_ARRAYS
-                                 for value in _flat(getattr(snapshot, field))])
-
-
-def _columns(field, value):
-    shape = getattr(value, 'shape', ())
-    if not shape:
-        return [field]
-    axes = 'xyzw'[:shape[-1]]
-    wires = [f'{field}_{i}' for i in range(shape[0])] if len(shape) == 2 else [field]
-    return [f'{wire}_{axis}' for wire in wires for axis in axes]
-
-
-def _flat(value):
-    return value.ravel().tolist() if hasattr(value, 'ravel') else [value]
-
-
-def _check_output(output):
-    """Raise SceneError for an output that cannot be one, before time is spent on the run."""
-    path = Path(output).expanduser()
-    if path.suffix not in _FORMATS:
-        raise SceneError(f'must end in one of {", ".join(_FORMATS)}', key='--output',
-                         value=str(output))
-    if not path.parent.is_dir():
-        raise SceneError(f'there is no directory {str(path.parent)!r}: make it first',
-                         key='--output', value=str(output))
-    return path
-
-
-def _open_output(output, run, arrays, stack):
-    """Return the sinks that write `output`; `stack` completes it, whatever happens meanwhile."""
-    if output is None:
-        return []
-    path = _check_output(output)
-    if path.suffix == '.mcap':
-        from bristle_ros.log import Log
-        log = stack.enter_context(Log(path, run.scene, key='--output'))
-        stack.callback(_check_log, log, path)
-        return [log]
-    try:
-        if path.suffix == '.csv':
-            file = stack.enter_context(open(path, 'w', newline=''))  # noqa: SIM115
-            return [_Table(file)]
-        file = stack.enter_context(open(path, 'wb'))  # noqa: SIM115
-    except OSError as error:
-        raise SceneError(f'{(error.strerror or str(error)).lower()}: name another place',
-                         key='--output', value=str(path)) from None
-    import numpy as np
-    stack.callback(lambda: np.savez(file, **arrays.result(run)))
-    return []
-
-
-def _check_log(log, path):
-    log.close()
-    if log.failed:
-        raise SceneError(f'the log ended early: {log.failed}', key='--output', value=str(path))
-
-
 def _parse(arguments):
     parser = Parser('simulate', 'Simulates a scene without ROS, as fast as it goes. A CSV of '
                     'commands has lines t,topic,values... with topic cmd_brush_speed (rad/s), '
@@ -239,33 +151,45 @@ def _parse(arguments):
     parser.add_argument('--commands', metavar='FILE.csv|LOG.mcap',
                         help='commands to apply: a table, or the log of an earlier run')
     parser.add_argument('--output', metavar='FILE.npz|.mcap|.csv', help='where samples go')
+    parser.add_argument('--overwrite', action='store_true',
+                        help='let --output replace a file, once the new one is whole')
     return parser.parse_args(arguments)
 
 
 def main(arguments):
     """Run the verb `simulate`; return its exit code. Raises what bristle_ros.__main__ answers."""
     options = _parse(arguments)
+    if options.overwrite and not options.output:
+        raise SceneError('does nothing without --output', key='--overwrite')
     if options.output:
-        _check_output(options.output)
+        check_output(options.output, overwrite=options.overwrite)
     if options.sample is not None:
         options.overrides.append(f'run.sample:={options.sample!r}')
-    arrays = _Arrays()
-    with ExitStack() as stack:
-        run = _Run(load_scene(options), options.duration, None, options.commands, None,
-                   energies=not str(options.output).endswith('.mcap'))  # a log has none
-        sinks = _open_output(options.output, run, arrays, stack)
-        if str(options.output).endswith('.npz'):
-            sinks.append(arrays)
-        run.go(sinks, _progress(stack) if sys.stderr.isatty() else None)
+    run = _Run(load_scene(options), options.duration, None, options.commands, None,
+               energies=not str(options.output).endswith('.mcap'))  # a log has none
+    written, code = None, 0
+    try:
+        with StopSignals(), ExitStack() as stack:
+            sinks = []
+            if options.output:
+                arrays = SampleArrays(run)
+                written = stack.enter_context(
+                    open_output(options.output, run, arrays, options.overwrite))
+                sinks = [arrays, written] if options.output.endswith('.npz') else [written]
+            run.go(sinks, _progress(stack) if sys.stderr.isatty() else None)
+    except KeyboardInterrupt as stop:
+        code = getattr(stop, 'code', INTERRUPTED)
     print(run.summary())
+    if code:
+        kept = getattr(written, 'kept', None)
+        place = f'; {kept} has what came before' if kept else ''
+        print(f'simulate: interrupted{place}', file=sys.stderr)
+        return code
     if options.output:
         print(f'written: {options.output}')
     if run.failure:
         sys.stdout.flush()
         raise run.failure
-    if run.interrupted:
-        print('simulate: interrupted; the output is complete up to there', file=sys.stderr)
-        return INTERRUPTED
     return 0
 
 

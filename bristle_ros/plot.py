@@ -6,6 +6,7 @@ import sys
 
 from .cli import Parser
 from .scene_error import SceneError
+from .whole_file import check_new, WholeFile
 
 FORMATS = ('.png', '.pdf', '.svg')
 
@@ -17,15 +18,17 @@ def default_output(path):
     return path.with_name(f'{path.name if path.is_dir() else path.stem}.png')
 
 
-def plot(path, output=None, *, begin=0.0, end=math.inf):
+def plot(path, output=None, *, begin=0.0, end=math.inf, overwrite=False):
     """
     Draw tip path, normal force, brush torque, spectrum and timing of a run; return the file.
 
-    path : of a log (.mcap or bag directory) or of the .npz of `simulate`
-    output : .png, .pdf or .svg; it is overwritten
+    path : of a log (.mcap or bag directory), or of the .npz or .csv of `simulate`
+    output : .png, .pdf or .svg; default: NAME.png beside it, which is drawn anew
+    overwrite : whether another `output` may be replaced
     begin, end : [s] of simulation time to draw
     Raises SceneError.
     """
+    overwrite = overwrite or not output
     output = Path(output).expanduser() if output else default_output(path)
     if output.suffix not in FORMATS:
         raise SceneError(f'must end in one of {", ".join(FORMATS)}', key='--output',
@@ -33,14 +36,12 @@ def plot(path, output=None, *, begin=0.0, end=math.inf):
     if not output.parent.is_dir():
         raise SceneError(f'there is no directory {str(output.parent)!r}: make it first',
                          key='--output', value=str(output))
+    check_new(output, overwrite=overwrite)
     from .plot_series import read
     series = read(path, begin, end)
     from .plot_page import draw  # matplotlib: only when there is something to draw
-    try:
-        draw(series, Path(path).name or str(path), output)
-    except OSError as error:
-        raise SceneError(f'{(error.strerror or str(error)).lower()}: name another place',
-                         key='--output', value=str(output)) from None
+    with WholeFile(output, overwrite=overwrite, keep=False) as file:
+        draw(series, Path(path).name or str(path), file, output.suffix)
     return output
 
 
@@ -59,13 +60,17 @@ def main(argv=None):
     parser = Parser('plot', 'Draws a run to one page: tip path, normal force, brush torque, '
                     'spectrum, timing.')
     parser.add_argument('log', help='an .mcap file, a bag directory, also one that was cut off, '
-                        'or the .npz of simulate')
+                        'or the .npz or .csv of simulate')
     parser.add_argument('--output', metavar='FILE',
                         help='.png, .pdf or .svg (default: NAME.png beside the log)')
+    parser.add_argument('--overwrite', action='store_true',
+                        help='let --output replace a file, once the new one is whole')
     parser.add_argument('--from', dest='begin', type=_seconds, default=0.0, metavar='S',
                         help='first simulation time drawn [s]')
     parser.add_argument('--to', dest='end', type=_seconds, default=math.inf, metavar='S',
                         help='last simulation time drawn [s]')
     options = parser.parse_args(sys.argv[1:] if argv is None else argv)
-    print(f'drawn: {plot(options.log, options.output, begin=options.begin, end=options.end)}')
+    page = plot(options.log, options.output, begin=options.begin, end=options.end,
+                overwrite=options.overwrite)
+    print(f'drawn: {page}')
     return 0

@@ -15,8 +15,8 @@ _STYLE = {'font.size': 8.5, 'axes.titlesize': 9.5, 'axes.titlelocation': 'left',
           'legend.fontsize': 8, 'lines.linewidth': 0.9, 'svg.hashsalt': 'bristle_ros'}
 
 
-def draw(series, name, output):
-    """Write the page of a Series called `name` to the file `output`, in the format it ends in."""
+def draw(series, name, file, kind):
+    """Write the page of a Series called `name` to an open file; kind: .png, .pdf or .svg."""
     from matplotlib import rc_context
     with rc_context(_STYLE):
         figure = Figure(figsize=(10.6, 7.4), layout='constrained')
@@ -38,15 +38,15 @@ def draw(series, name, output):
             axes.tick_params(labelbottom=axes is timing)
         timing.set_xlabel('simulation time [s]')
         figure.suptitle(f'{name}: {series.about}', x=0.01, ha='left', fontsize=10.5)
-        if output.suffix == '.png':
-            figure.savefig(output, dpi=95, pil_kwargs={'optimize': True})
+        if kind == '.png':
+            figure.savefig(file, format='png', dpi=95, pil_kwargs={'optimize': True})
         else:
-            figure.savefig(output, metadata=_no_date(output))
+            figure.savefig(file, format=kind[1:], metadata=_no_date(kind))
 
 
-def _no_date(output):
+def _no_date(kind):
     """Return metadata that make the same run the same file."""
-    return {'CreationDate': None} if output.suffix == '.pdf' else {'Date': None}
+    return {'CreationDate': None} if kind == '.pdf' else {'Date': None}
 
 
 def _paths(above, side, series):

@@ -1,4 +1,5 @@
 """What a page of figures needs of a run: read from a log, or from the arrays of `simulate`."""
+import csv
 import math
 from pathlib import Path
 from typing import NamedTuple
@@ -41,7 +42,7 @@ class Series(NamedTuple):
 
 def read(path, begin=0.0, end=math.inf):
     """
-    Read a log (an .mcap file or a bag directory, also one that was cut off) or an .npz file.
+    Read a log (an .mcap file or a bag directory, also one that was cut off), an .npz or a .csv.
 
     begin, end : [s] of simulation time between which samples are kept
     Raises SceneError when it cannot be used, or fewer than two samples are left.
@@ -49,7 +50,12 @@ def read(path, begin=0.0, end=math.inf):
     path = Path(path).expanduser()
     if not begin < end:
         raise SceneError(f'must come before --to {end:g}', key='--from', value=begin)
-    series = _of_arrays(path) if path.suffix == '.npz' else _of_log(path)
+    if path.suffix == '.npz':
+        series = _of_arrays(path, _arrays_of_npz(path))
+    elif path.suffix == '.csv':
+        series = _of_arrays(path, _arrays_of_table(path))
+    else:
+        series = _of_log(path)
     kept = (series.t >= begin) & (series.t <= end)
     if np.count_nonzero(kept) < 2:
         raise SceneError(f'fewer than two samples from {begin:g} s to {end:g} s: it has '
@@ -147,10 +153,10 @@ def _about(scene):
             f'at the start, {road}, step {scene.solver.integration_time_step * 1e3:.4g} ms')
 
 
-def _of_arrays(path):
+def _arrays_of_npz(path):
     try:
         with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in _ARRAYS}
+            return {name: file[name] for name in _ARRAYS}
     except OSError as error:
         raise SceneError(f'cannot be read ({error.strerror or error})', source=str(path)) from None
     except KeyError as error:
@@ -160,6 +166,44 @@ def _of_arrays(path):
     except Exception as error:  # zipfile, zlib and numpy each have their own for a mangled file
         raise SceneError(f'is no .npz file that can be read ({error})',
                          source=str(path)) from None
+
+
+def _arrays_of_table(path):
+    """Return the arrays that the columns of a table of `simulate` are; it has no run time."""
+    try:
+        with open(path, newline='', encoding='utf-8') as file:
+            names = next(csv.reader(file), [])
+            bristles = sum(name.startswith('contact_force_') and name.endswith('_z')
+                           for name in names)
+            wanted = {
+                't': ['t'], 'theta': ['theta'], 'newton_iterations': ['newton_iterations'],
+                'tip_position': [f'tip_position_0_{axis}' for axis in 'xyz'],
+                'contact_force': [f'contact_force_{i}_z' for i in range(max(1, bristles))],
+                'brush_torque': ['brush_torque_z']}
+            columns = [name for group in wanted.values() for name in group]
+            missing = [name for name in columns if name not in names]
+            if missing:
+                raise SceneError(f'has no column {missing[0]}: name a file that '
+                                 '`simulate --output` wrote', source=str(path))
+            rows = np.loadtxt(file, delimiter=',', ndmin=2,
+                              usecols=[names.index(name) for name in columns])
+    except OSError as error:
+        raise SceneError(f'cannot be read ({error.strerror or error})', source=str(path)) from None
+    except (ValueError, csv.Error) as error:
+        raise SceneError(f'is no table that can be read ({error})', source=str(path)) from None
+    column = dict(zip(columns, rows.reshape(-1, len(columns)).T))
+    found = {name: np.array([column[part] for part in group]).T
+             for name, group in wanted.items()}
+    zeros = np.zeros((len(rows), 2))
+    return {**{name: found[name][:, 0] for name in ('t', 'theta', 'newton_iterations')},
+            'tip_position': found['tip_position'][:, None],
+            'contact_force': np.stack([0.0 * found['contact_force'], 0.0 * found['contact_force'],
+                                       found['contact_force']], axis=-1),
+            'brush_torque': np.column_stack((zeros, found['brush_torque'])),
+            'wall_time': np.array(0.0)}
+
+
+def _of_arrays(path, arrays):
     t, theta = arrays['t'], arrays['theta']
     try:
         x, y, z = arrays['tip_position'][:, 0].T

@@ -21,7 +21,7 @@ LAYERS = [
     ['driver'],
     ['message_types', 'messages*'],
     ['bag_metadata', 'command_file', 'log', 'mcap_*', 'recording', 'recover', 'replay', 'verify',
-     'offline*', 'statics*', 'outputs*', 'urdf'],
+     'offline*', 'sample_file', 'statics*', 'urdf', 'whole_file'],
     ['bench*'],
     ['report*', 'plot*'],
     ['node*', 'pacing', 'scene_verb', '__main__'],

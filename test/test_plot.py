@@ -196,3 +196,32 @@ def test_mangled_files_raise_nothing_else(run, tmp_path):
                 assert len(series.t) == len(series.tip) == len(series.normal_force)
             except SceneError as error:
                 assert '\n' not in str(error)
+
+
+def test_a_table_is_drawn_as_the_arrays_are(root, tmp_path):
+    scene = load(root / 'test/small_brush.yaml')
+    found = {}
+    for suffix in ('.npz', '.csv'):
+        path = tmp_path / f'run{suffix}'
+        simulate(scene, 0.05, output=path)
+        found[suffix] = plot_series.read(path)
+    for name in ('t', 'tip', 'normal_force', 'torque'):
+        np.testing.assert_array_equal(getattr(found['.csv'], name), getattr(found['.npz'], name))
+    np.testing.assert_array_equal(found['.csv'].timing.value, found['.npz'].timing.value)
+    assert plot.plot(tmp_path / 'run.csv').stat().st_size > 10_000
+    short = tmp_path / 'short.csv'
+    short.write_text('t,theta\n0.1,0.2\n')
+    with pytest.raises(SceneError, match='has no column newton_iterations'):
+        plot_series.read(short)
+
+
+def test_another_page_is_replaced_only_when_asked(root, tmp_path):
+    run = tmp_path / 'run.npz'
+    simulate(load(root / 'test/small_brush.yaml'), 0.02, output=run)
+    page = tmp_path / 'page.pdf'
+    page.write_bytes(b'before')
+    with pytest.raises(SceneError, match='exists already'):
+        plot.plot(run, page)
+    assert page.read_bytes() == b'before'
+    assert plot.plot(run, page, overwrite=True).read_bytes()[:5] == b'%PDF-'
+    assert plot.plot(run) == plot.plot(run)     # its own page is drawn anew

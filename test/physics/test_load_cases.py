@@ -136,7 +136,7 @@ def mean_torque(**solver):
 @pytest.mark.parametrize('time_step', [0.0, 1e-3, 5e-3])
 @pytest.mark.parametrize('integrator', ['generalized_alpha', 'newmark', 'hht'])
 def test_the_drive_torque_of_a_ringing_scheme_means_something(integrator, time_step):
-    """At the corners of the polygon the strain rates ring: their value at step ends has no mean."""
+    """At the corners of the polygon the strain rates ring: their values there have no mean."""
     wanted = mean_torque()[0]
     found, last = mean_torque(load_case='displacement', integrator=integrator,
                               time_step=time_step)
