@@ -30,7 +30,8 @@ VERBS = {
 DONE, CHECK_FAILED, UNUSABLE_INPUT, COULD_NOT_GO_ON = 0, 1, 2, 3
 INTERRUPTED = 130  # what shells give for SIGINT
 # Errors known by name, since the module that defines them is heavy to import.
-_CODES = {'StepFailure': COULD_NOT_GO_ON, 'CommandRefused': UNUSABLE_INPUT}
+_CODES = {'StepFailure': COULD_NOT_GO_ON, 'CommandRefused': UNUSABLE_INPUT,
+          'CompilerRefused': UNUSABLE_INPUT}
 
 
 def main(arguments=None):
