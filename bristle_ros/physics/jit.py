@@ -105,8 +105,11 @@ class _Cache(FunctionCache):
             return super().load_overload(sig, target_context)
         except Exception:   # whatever unpickling makes of garbage
             _Cache._tell('is damaged: compiling anew')
-            with contextlib.suppress(OSError), self._alone():
-                self._drop()
+            try:
+                with self._alone():
+                    self._drop()
+            except OSError:     # saving reads the index first, which may be what is damaged
+                _Cache._writable = False
             return None
 
     def save_overload(self, sig, data):
@@ -116,7 +119,7 @@ class _Cache(FunctionCache):
         try:
             with self._alone():
                 super().save_overload(sig, data)
-        except Exception as error:  # it reads the index first, which may be garbage
+        except OSError as error:
             _Cache._writable = False
             _Cache._tell(f'cannot be written ({_reason(error)}): compiling in memory, at each '
                          'start')
