@@ -94,6 +94,8 @@ def _guarded(verb, do):
         return _fail(verb, f'{place}{error.strerror or error}', UNUSABLE_INPUT)
     except (RuntimeError, ValueError) as error:
         code = _CODES.get(type(error).__name__)
+        if code is None and str(error).startswith('Could not determine home'):
+            error, code = 'a path begins with ~ and there is no such home', UNUSABLE_INPUT
         if code is None:
             raise
         return _fail(verb, error, code)

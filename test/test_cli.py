@@ -187,8 +187,8 @@ def test_a_closed_stderr_does_no_harm(root):
 
 def test_a_terminal_without_the_letter_gets_an_escape(root, tmp_path):
     path = f'{tmp_path}/b\u00fc.csv'
-    done = shell(root, f'simulate test/small_brush.yaml --duration 0.01 --output {path}', LC_ALL='C',
-                 PYTHONIOENCODING='ascii')
+    done = shell(root, f'simulate test/small_brush.yaml --duration 0.01 --output {path}',
+                 LC_ALL='C', PYTHONIOENCODING='ascii')
     assert (done.returncode, done.stderr) == (0, '')
     assert done.stdout.endswith(f'written: {tmp_path}/b\\xfc.csv\n')
     assert os.path.exists(path)

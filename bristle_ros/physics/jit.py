@@ -46,7 +46,8 @@ def _cache_directory():
         with tempfile.TemporaryFile(dir=folder):
             return folder
     except (OSError, RuntimeError) as error:    # no home at all is a RuntimeError
-        _say(f'no cache of compiled kernels ({_reason(error)}): compiling in memory, at each start')
+        _say(f'no cache of compiled kernels ({_reason(error)}): compiling in memory, at each '
+             'start')
         return None
 
 
