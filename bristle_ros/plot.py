@@ -67,8 +67,5 @@ def main(argv=None):
     parser.add_argument('--to', dest='end', type=_seconds, default=math.inf, metavar='S',
                         help='last simulation time drawn [s]')
     options = parser.parse_args(sys.argv[1:] if argv is None else argv)
-    if not options.begin < options.end:
-        raise SceneError(f'must be after --from = {options.begin:g} s', key='--to',
-                         value=options.end)
     print(f'drawn: {plot(options.log, options.output, begin=options.begin, end=options.end)}')
     return 0
