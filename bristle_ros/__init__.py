@@ -2,21 +2,31 @@
 A rotating brush of flexible bristles on a road, simulated by beam finite elements, for ROS 2.
 
 Three calls serve scripts: `load(path)` reads a Scene, `build(scene)` makes its Simulation, and
-`simulate(...)` runs one to its end. They are imported when first asked for: `--help` needs no
-numba.
+`simulate(...)` runs one to its end. What they raise is here too: SceneError (unusable input),
+StepFailure (it could not go on), CommandRefused, CompilerRefused. All are imported when first
+asked for: `--help` needs no numba.
 """
 from importlib import import_module
 
 __version__ = '0.1.0'
-__all__ = ['__version__', 'build', 'load', 'simulate']
+__all__ = ['CommandRefused', 'CompilerRefused', 'SceneError', 'StepFailure', '__version__',
+           'build', 'load', 'simulate']
 
-_CALLS = {'load': ('scene', 'load'), 'build': ('simulation', 'Simulation'),
-          'simulate': ('offline', 'simulate')}
+_PLACES = {'load': ('scene', 'load'), 'build': ('simulation', 'Simulation'),
+           'simulate': ('offline', 'simulate'), 'SceneError': ('scene_error', 'SceneError'),
+           'StepFailure': ('simulation', 'StepFailure'),
+           'CommandRefused': ('simulation', 'CommandRefused'),
+           'CompilerRefused': ('physics.jit', 'CompilerRefused')}
 
 
-def __getattr__(name):
-    """Import the call when it is first used."""
-    if name not in _CALLS:
+def __getattr__(name: str) -> object:
+    """Import the call or the error when it is first used."""
+    if name not in _PLACES:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    module, attribute = _CALLS[name]
+    module, attribute = _PLACES[name]
     return getattr(import_module(f'.{module}', __name__), attribute)
+
+
+def __dir__() -> list[str]:
+    """List what can be asked for, too."""
+    return sorted({*globals(), *__all__})

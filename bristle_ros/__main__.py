@@ -4,6 +4,7 @@ The command line: `python3 -m bristle_ros VERB ...`, and the executables that RO
 Each verb parses its own arguments, in the module that does it. That module is imported only then,
 so that `--help`, `--version` and `scene --keys` need neither numba nor ROS.
 """
+import errno
 from importlib import import_module
 import os
 import signal
@@ -13,6 +14,7 @@ if __name__ == '__main__' and signal.getsignal(signal.SIGINT) is signal.default_
     signal.signal(signal.SIGINT, signal.SIG_DFL)    # until `run` can answer with one line
 
 from . import __version__
+from .interrupt import leave_while_loading
 from .scene_error import SceneError
 
 # Verb: module whose main(arguments) does it, and what it does.
@@ -30,15 +32,23 @@ VERBS = {
 DONE, CHECK_FAILED, UNUSABLE_INPUT, COULD_NOT_GO_ON = 0, 1, 2, 3
 INTERRUPTED = 130  # what shells give for SIGINT
 # Errors known by name, since the module that defines them is heavy to import.
-_CODES = {'StepFailure': COULD_NOT_GO_ON, 'CommandRefused': UNUSABLE_INPUT}
+_CODES = {'StepFailure': COULD_NOT_GO_ON, 'CommandRefused': UNUSABLE_INPUT,
+          'CompilerRefused': UNUSABLE_INPUT}
 
 
 def main(arguments=None):
     """Run the verb that the command line names; return the exit code."""
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    ours = arguments is None    # the process: else we are called from within another program
+    arguments = sys.argv[1:] if ours else list(arguments)
     verb = arguments[0] if arguments else ''
+    if ours:
+        _begin(verb if verb in VERBS else 'bristle_ros')
     if verb in VERBS:
         return run(verb, arguments[1:])
+    return _guarded('bristle_ros', lambda: _general(verb))
+
+
+def _general(verb):
     if verb in ('-h', '--help'):
         print(_help())
         return DONE
@@ -48,24 +58,29 @@ def main(arguments=None):
     import difflib  # here: what it imports would be in the way of Ctrl-C
     near = difflib.get_close_matches(verb, VERBS, 1) or ['--help']
     wrong = f'{verb!r} is no verb, did you mean {near[0]}?' if verb else 'no verb'
-    return _fail('bristle_ros', f'{wrong} (--help lists them)', UNUSABLE_INPUT)
+    raise SceneError(f'{wrong} (--help lists them)')
 
 
 def run(verb, arguments):
     """Do one verb; turn what can go wrong into one line on stderr and an exit code."""
+    return _guarded(verb, lambda: import_module(f'.{VERBS[verb][0]}', __package__).main(arguments))
+
+
+def _guarded(verb, do):
     try:
-        if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-        code = import_module(f'.{VERBS[verb][0]}', __package__).main(arguments)
-        sys.stdout.flush()
+        try:
+            code = do()
+        except SystemExit:  # argparse, once it has answered
+            _flush()
+            raise
+        _flush()
         return DONE if code is None else code
     except SceneError as error:
         return _fail(verb, error, UNUSABLE_INPUT)
     except KeyboardInterrupt:
         return _fail(verb, 'interrupted', INTERRUPTED)
     except BrokenPipeError:
-        # Whoever read us (head, less) has gone; keep the interpreter from saying so at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _forget_output()    # whoever read us (head, less) has gone
         return DONE
     except ModuleNotFoundError as error:
         if error.name and error.name.partition('.')[0] == __package__:
@@ -74,17 +89,66 @@ def run(verb, arguments):
                      'see README.md, Installing', UNUSABLE_INPUT)
     except OSError as error:
         place = f'{error.filename}: ' if error.filename else ''
+        if not place and (error.errno == errno.EBADF or not _flushed()):
+            place = 'stdout: '
         return _fail(verb, f'{place}{error.strerror or error}', UNUSABLE_INPUT)
     except (RuntimeError, ValueError) as error:
         code = _CODES.get(type(error).__name__)
+        if code is None and str(error).startswith('Could not determine home'):
+            error, code = 'a path begins with ~ and there is no such home', UNUSABLE_INPUT
         if code is None:
             raise
         return _fail(verb, error, code)
 
 
+def _flush():
+    if sys.stdout is not None:
+        sys.stdout.flush()
+
+
+def _flushed():
+    """Whether all that was printed could be written; if not, it is forgotten."""
+    try:
+        _flush()
+    except OSError:
+        _forget_output()
+        return False
+    return True
+
+
+def _forget_output():
+    """Keep the interpreter from complaining at exit about output that cannot be written."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _begin(verb):
+    """Set up a process that is ours alone: its streams, and Ctrl-C."""
+    _fill_closed_streams()
+    for stream in (sys.stdout, sys.stderr):
+        # what the terminal has no letter for, a name of a file say, is written as an escape
+        stream.reconfigure(errors='backslashreplace')
+    if signal.getsignal(signal.SIGINT) in (signal.SIG_DFL, signal.default_int_handler):
+        leave_while_loading(lambda: os._exit(_fail(verb, 'interrupted', INTERRUPTED)))
+
+
+def _fill_closed_streams():
+    """Put something where a stream is closed, or the next file that is opened takes its place."""
+    for number, name, mode in ((0, 'stdin', 'r'), (1, 'stdout', 'w'), (2, 'stderr', 'w')):
+        if getattr(sys, name) is not None:
+            continue
+        # What is printed must not get lost without a word: writing to a closed stdout fails.
+        flags = os.O_RDWR if number == 2 else os.O_RDONLY
+        given = os.open(os.devnull, flags)
+        if given != number:
+            os.dup2(given, number)
+            os.close(given)
+        setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115
+
+
 def _fail(verb, message, code):
     line = ' '.join(str(message).split())
-    print(f'{verb}: {line}', file=sys.stderr)
+    _flushed()
+    print(f'{verb}: {line}', file=sys.stderr, flush=True)
     return code
 
 
@@ -103,6 +167,7 @@ exit codes: 0 done, 1 a check failed, 2 unusable input, 3 the simulation could n
 def _entry_point(verb):
     """Make the function that the executable of a verb calls."""
     def entry_point():
+        _begin(verb)
         return run(verb, sys.argv[1:])
     return entry_point
 

@@ -9,9 +9,8 @@ import math
 import sys
 import time
 
-from bristle_ros.cli import add_scene, load_scene, Parser
+from bristle_ros.cli import add_scene, check_range, load_scene, Parser
 from bristle_ros.machine import provenance
-from bristle_ros.scene_error import SceneError
 
 REPEATS = 5
 DURATION = 0.5          # [s] simulated in each repeat
@@ -112,10 +111,8 @@ def main(arguments):
     parser.add_argument('--repeats', type=int, default=REPEATS, metavar='N',
                         help=f'the best of so many counts; default {REPEATS}')
     options = parser.parse_args(arguments)
-    if not 0.0 < options.duration < math.inf:
-        raise SceneError('must be a time above 0 s', key='--duration', value=options.duration)
-    if options.repeats < 1:
-        raise SceneError('must be at least 1', key='--repeats', value=options.repeats)
+    check_range(options, 'duration', 1e-9, 1e5)
+    check_range(options, 'repeats', 1, 1000)
     scene = load_scene(options)
     from bristle_ros.simulation import Simulation  # from here on the compiler is needed
     found = measure(Simulation(scene), options.duration, options.repeats)

@@ -18,6 +18,14 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f'{self.prog}: {line} (--help tells the arguments)\n')
 
 
+def check_range(options, name, low, high):
+    """Raise SceneError where the number of option --`name` is none of low to high, or NaN."""
+    value = getattr(options, name.replace('-', '_'))
+    if not low <= value <= high:
+        raise SceneError(f'must be a number from {low:g} to {high:g}', key=f'--{name}',
+                         value=value)
+
+
 def add_scene(parser, *, optional=False):
     """Add the arguments SCENE.yaml and -p key:=value."""
     parser.add_argument('scene', metavar='SCENE.yaml', nargs='?' if optional else None,

@@ -1,10 +1,12 @@
 """Commands for an offline run: read from a CSV, or from the log of an earlier run."""
 import csv
 import math
+from numbers import Real
 from pathlib import Path
 
 from bristle_ros.driver import Event
-from bristle_ros.scene import SceneError
+from bristle_ros.scene import LONGEST, SceneError
+from bristle_ros.simulation import CommandRefused, values_of
 
 _VALUES = {'cmd_brush_speed': ('rad/s',), 'cmd_vel': ('vx', 'vy', 'yaw rate'),
            'cmd_penetration': ('m',), 'reset': ()}
@@ -64,18 +66,22 @@ def _event(cells, place, its):
 
 def event_at(t, topic, values, its, place):
     """Return the Event of a command at `t` [s]; raise SceneError, naming `place`."""
-    if not 0.0 <= t < math.inf:
-        raise SceneError('must be seconds from the start, 0 or more', key='t', value=t,
+    if not (isinstance(t, Real) and 0.0 <= t <= LONGEST):
+        raise SceneError(f'must be seconds from the start, 0 to {LONGEST:.0f}', key='t', value=t,
                          source=place)
-    if topic not in _VALUES:
+    if not isinstance(topic, str) or topic not in _VALUES:
         raise SceneError(f'must be one of {", ".join(_VALUES)}', key='topic', value=topic,
                          source=place)
     names = _VALUES[topic]
+    try:
+        values = values_of(topic, values)
+    except CommandRefused as refused:
+        raise SceneError(str(refused), source=place) from None
     if len(values) != len(names):
         takes = f'{len(names)} ({", ".join(names)})' if names else 'none'
         raise SceneError(f'{topic} with {len(values)} values: takes {takes}', source=place)
     kind, topic = ('reset', '') if topic == 'reset' else ('command', topic)
-    return Event(step_at(t, its), kind, topic, tuple(float(value) for value in values))
+    return Event(step_at(t, its), kind, topic, values)
 
 
 def _number(text, name, place):

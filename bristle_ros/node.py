@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 
+from bristle_ros.interrupt import is_compiling
 from bristle_ros.scene import from_arguments
 from bristle_ros.scene_error import SceneError
 
@@ -149,7 +150,7 @@ class _Run:
         if self._terminal:
             print('\x1b[K', end='', file=sys.stderr, flush=True)
         rclpy.try_shutdown()
-        self._thread.join(LEAVING)
+        self._thread.join(0.0 if is_compiling(self._thread) else LEAVING)
         if self._thread.is_alive():
             # It is compiling, which nothing can interrupt; the log is complete, so leave it there.
             sys.stdout.flush()

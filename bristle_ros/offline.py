@@ -135,8 +135,18 @@ def _events(commands, its):
     from bristle_ros.command_file import event_at, read_commands
     if isinstance(commands, (str, os.PathLike)):
         return read_commands(commands, its)
-    return [(f'commands[{i}]', event_at(t, topic, values, its, f'commands[{i}]'))
-            for i, (t, topic, values) in enumerate(commands)]
+    found = []
+    if not hasattr(commands, '__iter__'):
+        raise SceneError('must be a path, or a list of (t, topic, values)', key='commands',
+                         value=commands)
+    for i, command in enumerate(commands):
+        place = f'commands[{i}]'
+        try:
+            t, topic, values = command
+        except (TypeError, ValueError):
+            raise SceneError(f'{command!r}: must be (t, topic, values)', source=place) from None
+        found.append((place, event_at(t, topic, values, its, place)))
+    return found
 
 
 def _parse(arguments):

@@ -116,8 +116,8 @@ def _rate(text):
         rate = float(text)
     except ValueError:
         rate = math.nan
-    if not 0.0 < rate < math.inf:
-        raise argparse.ArgumentTypeError(f'{text!r}: must be a number above 0')
+    if not 1e-6 <= rate <= 1e6:
+        raise argparse.ArgumentTypeError(f'{text!r}: must be a number above 0, 1e-6 to 1e6')
     return rate
 
 

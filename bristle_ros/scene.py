@@ -8,6 +8,7 @@ would do.
 from dataclasses import dataclass, field, fields
 import difflib
 import math
+from numbers import Real
 
 from .scene_error import SceneError, spell
 from .scene_keys import key_of, number
@@ -24,6 +25,7 @@ __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Fricti
 # Parameters that every ROS 2 node has beside its own.
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
 _NODE = 'brush_node'
+LONGEST = 2.0**31 - 1.0     # [s] of simulated time: what a stamp of ROS holds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,8 +123,12 @@ def steps(scene, seconds, key):
     1e-9 relative).
     """
     its = scene.solver.integration_time_step if isinstance(scene, Scene) else float(scene)
-    if not (isinstance(seconds, (int, float)) and 0.0 < seconds < math.inf):
+    if not (isinstance(seconds, Real) and 0.0 < seconds < math.inf):
         raise SceneError('must be a time above 0 s', key=key, value=seconds)
+    if seconds > LONGEST:
+        raise SceneError(f'must be a time of at most {LONGEST:.0f} s, which is what stamps hold',
+                         key=key, value=seconds)
+    seconds = float(seconds)
     whole = max(1, round(seconds / its))
     if abs(seconds - whole * its) > 1e-9 * seconds:
         raise SceneError(

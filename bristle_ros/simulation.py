@@ -1,5 +1,7 @@
 """One scene being stepped: model, state and the compiled functions that it needs, no more."""
 import math
+from numbers import Real
+from operator import index
 import time
 
 import numpy as np
@@ -17,7 +19,8 @@ from .physics.newton import (FAILURES, NEWTON, NO_CONVERGENCE, NOT_FINITE, SINGU
 from .physics.start import initialise
 from .physics.stepping import own_frame
 from .physics.tip import GAP
-from .scene import depth_refusal
+from .scene import depth_refusal, Scene, to_parameters
+from .scene_error import spell
 from .snapshot import Snapshot
 from .stepper import Stepper
 
@@ -38,6 +41,7 @@ LOADS = "the brush's motion is not finite there: that is no fault of the scene, 
 ramp_at = getattr(compiled_ramp_at, 'py_func', compiled_ramp_at)
 
 HIGHEST = 10.0  # [m] that a command may lift the brush: what road.penetration may be
+MOST_STEPS = 2**62  # of one call: what a kernel can count
 SLACK = 2e-5    # of an integration step, when a time is compared with a ramp's end
 
 
@@ -54,6 +58,18 @@ class StepFailure(RuntimeError):
 
 class CommandRefused(ValueError):
     """A command that cannot be followed; `str()` is one line with the topic, value and limit."""
+
+
+def values_of(topic, values):
+    """Return the values of a command, also a bare number, as a tuple of floats."""
+    if isinstance(values, Real) or getattr(values, 'ndim', 1) == 0:
+        values = values,
+    try:
+        if any(isinstance(value, (str, bytes)) for value in (values, *values)):
+            raise TypeError
+        return tuple(float(value) for value in values)
+    except (TypeError, ValueError, OverflowError):
+        raise CommandRefused(f'{topic}: {values!r}: must be numbers') from None
 
 
 class Simulation:
@@ -88,6 +104,15 @@ class Simulation:
         self._to_start()
         self._warm()
         self.compile_time = time.perf_counter() - began
+
+    def __repr__(self):
+        """Say how far it is, how many bristles, and in what the scene is not the default one."""
+        usual = to_parameters(Scene())
+        keys = [f'{key}: {spell(value)}' for key, value in to_parameters(self.scene).items()
+                if value != usual[key]]
+        count = self.model.bristles
+        return (f'<Simulation at t = {self.step * self.its:.9g} s, step {self.step}; {count} '
+                f'bristle{"s" * (count != 1)}; scene: {", ".join(keys) or "the default"}>')
 
     @property
     def model(self):
@@ -144,9 +169,14 @@ class Simulation:
         """
         Advance by `steps` integration steps in compiled calls that let go of the GIL.
 
+        steps : int, 0 or more; anything else is a TypeError or ValueError
+
         Raises StepFailure where even the smallest sub-step fails; the state is then the one at the
         start of the failed step.
         """
+        steps = index(steps)
+        if not 0 <= steps <= MOST_STEPS:
+            raise ValueError(f'{steps} steps: must be 0 to {MOST_STEPS}')
         status, bristle = self._stepper.advance(steps)
         if status:
             step = self.step
@@ -246,9 +276,9 @@ class Simulation:
     def _limits(self, topic, values):
         scene = self.scene
         wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1}
-        if topic not in wanted:
+        if not isinstance(topic, str) or topic not in wanted:
             raise CommandRefused(f'{topic}: no such command; there are {", ".join(wanted)}')
-        values = tuple(float(value) for value in values)
+        values = values_of(topic, values)
         if len(values) != wanted[topic]:
             raise CommandRefused(f'{topic}: {len(values)} values, wants {wanted[topic]}')
         if not all(math.isfinite(value) for value in values):

@@ -12,7 +12,14 @@ LATEST = {}     # topic: its last message
 
 def main():
     """Subscribe, print a table line for each half second, end after LINES of them or Ctrl-C."""
-    lines = int(sys.argv[1]) if len(sys.argv) > 1 else sys.maxsize
+    try:
+        lines = int(sys.argv[1]) if len(sys.argv) > 1 else sys.maxsize
+    except ValueError:
+        lines = 0
+    if lines < 1:
+        print(f'watch.py: LINES = {sys.argv[1]!r}: must be a whole number above 0',
+              file=sys.stderr)
+        sys.exit(2)
     rclpy.init()
     node = rclpy.create_node('watch')
     for topic, type_ in (('contact_wrench', WrenchStamped), ('tip_pose', PoseStamped),

@@ -13,8 +13,8 @@ FILES = {'.'.join(path.relative_to(PACKAGE).with_suffix('').parts): path
 # From the bottom up: a module imports from its own layer and from those below, never upwards.
 LAYERS = [
     ['__init__', 'physics.*', 'snapshot'],
-    ['scene_error', 'scene_keys', 'scene_sections', 'scene_names', 'scene_yaml', 'scene',
-     'machine'],
+    ['interrupt', 'scene_error', 'scene_keys', 'scene_sections', 'scene_names', 'scene_yaml',
+     'scene', 'machine'],
     ['model*', 'cli'],
     ['stepper', 'simulation*'],
     ['budget', 'pace'],
@@ -33,7 +33,7 @@ ONLY = {
     'messages': ['snapshot', 'message_types'],
     'messages_*': ['snapshot', 'messages'],
     'scene*': ['scene*', 'cli'],
-    '__main__': ['__init__', 'scene_error'],
+    '__main__': ['__init__', 'interrupt', 'scene_error'],
 }
 # Outside packages and the modules that may import them; `time` is the wall clock.
 OWNERS = {

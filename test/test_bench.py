@@ -78,8 +78,8 @@ def test_the_verb_prints_the_contracts_keys(root):
 
 
 @pytest.mark.parametrize(('arguments', 'message'), [
-    (('--duration', '-1'), 'bench: --duration = -1.0: must be a time above 0 s'),
-    (('--repeats', '0'), 'bench: --repeats = 0: must be at least 1'),
+    (('--duration', '-1'), 'bench: --duration = -1.0: must be a number from 1e-09 to 100000'),
+    (('--repeats', '0'), 'bench: --repeats = 0: must be a number from 1 to 1000'),
     (('-p', 'drive.shape:=2'), 'bench: -p: drive.shape = 2: ')])
 def test_unusable_input_is_one_line(root, arguments, message):
     done = run_verb(root, 'bench', 'config/free_rotation.yaml', *arguments)

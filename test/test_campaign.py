@@ -1,4 +1,5 @@
 """The stability campaign in short, and that its checks see what they are there to see."""
+from bristle_ros import report
 from bristle_ros.report import campaign, campaign_cases
 from bristle_ros.report.campaign_checks import spring_force, Watch
 from bristle_ros.scene import from_parameters, keys
@@ -125,3 +126,28 @@ class Bomb(dict):
     def __reduce__(self):
         import os
         return os._exit, (3,)
+
+
+def judged(**counts):
+    results = [campaign.Result('', kind) for kind, count in counts.items() for _ in range(count)]
+    return campaign.problem_of(campaign.count_kinds(results))
+
+
+def test_the_verdict_follows_from_the_counts():
+    assert judged(finished=3, stopped=1, refused=1) == ''
+    assert judged(finished=3, cut=2) == '2 of 5 cases were cut off by the wall limit'
+    assert judged(finished=3, wrong=1) == '1 of 4 cases are wrong'
+    assert judged(refused=2) == 'none of 2 cases ran to its end'
+    assert judged() == 'none of 0 cases ran to its end'
+    assert judged(cut=1) == ('1 of 1 cases were cut off by the wall limit, none of 1 cases ran to '
+                             'its end')
+
+
+def test_a_campaign_that_is_cut_is_no_pass(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(campaign_cases, 'short', lambda: [campaign_cases.make_case(
+        'long', 'free', {'solver.integration_time_step': 1e-7}, 0.5)])
+    code = report.main(['--quick', '--only', 'stability', '--drawn', '0', '--wall-limit', '0.01',
+                        '--output', str(tmp_path)])
+    assert code == 1
+    assert '1 of 1 cases were cut off by the wall limit' in capsys.readouterr().err
+    assert 'Not a pass: 1 of 1 cases' in (tmp_path / 'index.html').read_text(encoding='utf-8')

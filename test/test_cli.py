@@ -153,3 +153,95 @@ def _open_when_read(pipe):
         except OSError:  # nobody reads it yet
             assert time.monotonic() < deadline
             time.sleep(0.01)
+
+
+def shell(root, command, **environment):
+    """Run a command line of `bristle_ros` as a shell does, with its redirections."""
+    return subprocess.run(['bash', '-c', f'"{sys.executable}" -m bristle_ros {command}'], cwd=root,
+                          capture_output=True, text=True, timeout=600,
+                          env={**os.environ, **environment})
+
+
+@pytest.mark.parametrize('command', [
+    'scene --keys', 'scene --help', '--help', 'static test/small_brush.yaml'])
+def test_a_closed_stdout_is_one_line(root, command):
+    done = shell(root, f'{command} >&-')
+    verb = 'bristle_ros' if command == '--help' else command.split()[0]
+    assert (done.returncode, done.stderr) == (2, f'{verb}: stdout: Bad file descriptor\n')
+
+
+def test_a_closed_stdout_takes_no_file(root, tmp_path):
+    """The next file that is opened would get its number, and all that C code prints."""
+    done = shell(root, f'simulate test/small_brush.yaml --duration 0.01 --output {tmp_path}/a.csv '
+                 '>&- 2>&- <&-')
+    assert (done.returncode, done.stdout, done.stderr) == (2, '', '')
+    first, *rows = (tmp_path / 'a.csv').read_text().splitlines()
+    assert first.startswith('t,theta,')
+    assert {row.count(',') for row in rows} == {first.count(',')}
+
+
+def test_a_closed_stderr_does_no_harm(root):
+    done = shell(root, 'scene none.yaml 2>&-')
+    assert (done.returncode, done.stdout, done.stderr) == (2, '', '')
+
+
+def test_a_terminal_without_the_letter_gets_an_escape(root, tmp_path):
+    path = f'{tmp_path}/b\u00fc.csv'
+    done = shell(root, f'simulate test/small_brush.yaml --duration 0.01 --output {path}',
+                 LC_ALL='C', PYTHONIOENCODING='ascii')
+    assert (done.returncode, done.stderr) == (0, '')
+    assert done.stdout.endswith(f'written: {tmp_path}/b\\xfc.csv\n')
+    assert os.path.exists(path)
+
+
+# A compiler's callback drops what a handler raises; the program must not go on as if it had not.
+SWALLOWED = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)    # in the background it is ignored
+import numba
+from numba.extending import overload
+def asked():
+    pass
+@overload(asked)
+def compile_asked():
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except KeyboardInterrupt:
+        pass
+    return lambda: 1
+from bristle_ros import __main__, statics
+statics.main = lambda arguments: print(numba.njit(lambda: asked())())
+sys.argv[1:] = []
+__main__.static()
+"""
+
+
+def test_interrupt_while_compiling_ends_at_once(root):
+    done = subprocess.run([sys.executable, '-c', SWALLOWED], cwd=root, text=True,
+                          capture_output=True, timeout=600)
+    assert (done.returncode, done.stdout, done.stderr) == (130, '', 'static: interrupted\n')
+
+
+@pytest.mark.parametrize(('arguments', 'code', 'line'), [
+    (('simulate', 'test/small_brush.yaml', '--duration', '1.0'), 130, 'simulate: interrupted\n'),
+    (('brush_node', '--ros-args', '--params-file', 'test/small_brush.yaml'), 0, '')])
+def test_interrupt_of_a_first_start_is_quiet(root, tmp_path, environment, arguments, code, line):
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'bristle_ros', *arguments], cwd=root, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        env={**os.environ, 'XDG_CACHE_HOME': str(tmp_path)},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+    try:
+        deadline = time.monotonic() + 300
+        while not list(tmp_path.rglob('*.nbc')):    # from then on it compiles
+            assert time.monotonic() < deadline
+            assert process.poll() is None
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=300)
+    finally:
+        process.kill()
+        process.wait()
+    assert (process.returncode, err) == (code, line)
+    assert 'simulated' not in out
+    assert len(list(tmp_path.rglob('*.nbc'))) < 15      # of some thirty

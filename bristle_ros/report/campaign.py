@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, field
 import math
 import multiprocessing
 from multiprocessing.connection import wait
+import signal
 import time
 
 from bristle_ros.report.campaign_checks import Watch
@@ -111,7 +112,7 @@ def _work(pipe):
         while True:
             case, wall_limit = pipe.recv()
             pipe.send(run_case(case, wall_limit))
-    except (EOFError, KeyboardInterrupt):
+    except EOFError:
         pass
 
 
@@ -121,7 +122,12 @@ class _Worker:
     def __init__(self, context):
         self.pipe, theirs = context.Pipe()
         self.process = context.Process(target=_work, args=(theirs,), daemon=True)
-        self.process.start()
+        # Ctrl-C is the parent's to answer; this would print where its imports were.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self.process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         theirs.close()
         self.case, self.deadline = None, math.inf
 
@@ -180,6 +186,20 @@ def run_cases(cases, workers=1, wall_limit=WALL_LIMIT, show=None):
         for worker in crew:
             worker.end()
     return [found[i] for i in range(len(cases))]
+
+
+def problem_of(kinds):
+    """
+    Return why the counts of a campaign are not a pass, or an empty text.
+
+    A case that was cut off tells nothing about the rest of its time, and no case tells nothing.
+    """
+    total = sum(kinds.values())
+    texts = [f'{kinds[kind]} of {total} cases {words}' for kind, words in (
+        ('wrong', 'are wrong'), ('cut', 'were cut off by the wall limit')) if kinds[kind]]
+    if not kinds['finished'] + kinds['stopped']:
+        texts.append(f'none of {total} cases ran to its end')
+    return ', '.join(texts)
 
 
 def count_kinds(results):

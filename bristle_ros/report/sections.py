@@ -177,7 +177,7 @@ def theory(page, progress, options):
 
 
 def stability(page, progress, options):
-    """Run the stability campaign; return how many cases are wrong."""
+    """Run the stability campaign; return why it is not a pass, or an empty text."""
     page.heading('Stability')
     cases = campaign_cases.short() if options.quick else campaign_cases.listed()
     cases += campaign_cases.drawn(options.seed, options.drawn, 0.1 if options.quick else 0.5)
@@ -187,6 +187,7 @@ def stability(page, progress, options):
         progress(f'campaign {done}/{total}: {result.kind} {result.name}')
     results = campaign.run_cases(cases, os.cpu_count() or 1, limit, show)
     kinds = campaign.count_kinds(results)
+    problem = campaign.problem_of(kinds)
     worst = max(results, key=lambda result: result.worst_step_newton)
     page.text(
         f'{len(results)} cases ({options.drawn} of them drawn with seed {options.seed}), each '
@@ -194,6 +195,7 @@ def stability(page, progress, options):
             f'{count} {kind}' for kind, count in kinds.items())
         + f'. Most iterations in one step: {worst.worst_step_newton} ({worst.name}); longest call '
         f'{max(result.worst_step_s for result in results):.2g} s.')
+    page.text(f'Not a pass: {problem}.' if problem else 'A pass: every case came to its end.')
     page.text('Checked from the outputs alone: finite values; energy balance; friction inside its '
               'cone and a road that never pulls; the contact force that the penetration explains; '
               'a rigid road never entered; the bristle no longer than its loads make it.')
@@ -212,7 +214,7 @@ def stability(page, progress, options):
          'wall_per_simulated_s': r.wall / max(r.reached, 1e-9),
          'energy_gain': r.measures.get('energy_gain')} for r in worst_rows])
     page.tables['campaign'] = [result.row() for result in results]
-    return kinds['wrong']
+    return problem
 
 
 def cost(page, progress, options):
