@@ -5,13 +5,15 @@ import time
 
 from . import messages
 from .bag_metadata import qos_text
-from .machine import provenance
+from .log_head import head_of
 from .message_types import schema_text, TYPE_HASHES
-from .scene import SceneError, to_yaml
+from .messages_scene import SCENE
+from .scene import SceneError
 
 CAPACITY = 4096         # [samples] in the queue: 4 s at 1 kHz
 CLOSE_TIMEOUT = 4.0     # [s] launch kills what has not ended 5 s after Ctrl-C
 CONTRACT_NAME = 'bristle_ros'   # channel metadata: the topic's name before remapping
+_LATCHED = {SCENE}
 
 
 def _in_node(name):
@@ -195,19 +197,21 @@ class Log:
         if name not in self._channels:
             self._channels[name] = self._file.channel(
                 self._resolve(name), type_name, schema_text(type_name).encode(),
-                {'offered_qos_profiles': qos_text(), 'topic_type_hash': TYPE_HASHES[type_name],
-                 CONTRACT_NAME: name})
+                {'offered_qos_profiles': qos_text(latched=name in _LATCHED),
+                 'topic_type_hash': TYPE_HASHES[type_name], CONTRACT_NAME: name})
         return self._channels[name]
 
     def _write_head(self, scene):
-        text = to_yaml(scene)
-        self._file.add_metadata('bristle_ros.scene', {'yaml': text})
-        self._file.add_metadata('bristle_ros.machine', provenance())
-        self._file.add_metadata('bristle_ros.run', {
-            'integration_time_step': repr(self._integration_time_step),
-            'time_origin_ns': str(self._origin)})
-        self._file.add_attachment('scene.yaml', 'application/yaml', text.encode())
+        head = head_of(scene, self._origin, self._resolve)
+        self._file.add_metadata('bristle_ros.scene', {'yaml': head.yaml})
+        self._file.add_metadata('bristle_ros.machine', head.machine)
+        self._file.add_metadata('bristle_ros.run', head.run)
+        self._file.add_attachment('scene.yaml', 'application/yaml', head.yaml.encode())
         # With this first message in the file, one that was killed at once has a channel to read.
         self._store_message(0, messages.EVENTS, messages.STRING,
                             messages.encode_event('start', 0), time.time_ns())
+        self._latch(SCENE, messages.STRING, head.message)
         self._file.flush()
+
+    def _latch(self, topic, type_name, payload):
+        self._file.latch(self._channel(topic, type_name), self._stamp(0), time.time_ns(), payload)

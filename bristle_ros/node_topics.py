@@ -1,12 +1,15 @@
 """What the node publishes: bytes from messages.py, and only what somebody listens to."""
 from bristle_ros import messages, messages_view
+from bristle_ros.log_head import head_of
+from bristle_ros.messages_scene import SCENE
 from bristle_ros.simulation_mount import MountPath
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
@@ -18,6 +21,12 @@ _CLOCK_PERIOD = 10_000_000   # [ns] of wall time: 100 Hz, which rclpy subscriber
 def reliable():
     """Return a profile for one topic alone: rclpy writes the overrides into what it is given."""
     return QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def latched():
+    """Return a profile whose last message also those get who come later."""
+    return QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
+                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Outputs:
@@ -42,6 +51,9 @@ class Outputs:
         # Diagnostics tell of an inactive node too.
         self._diagnostics = node.create_publisher(
             DiagnosticArray, '/diagnostics', reliable(), qos_overriding_options=OVERRIDABLE)
+        # With it a recorder's bag can be used as a log can.
+        self._told_scene = node.create_publisher(String, SCENE, latched())
+        self._told_scene.publish(head_of(scene, origin, node.resolve_topic_name).message)
 
     @staticmethod
     def _publisher(node, type_, name):
@@ -59,7 +71,7 @@ class Outputs:
     def destroy(self, node):
         """Take the publishers out of the graph."""
         for publisher in (*(publisher for publisher, _ in self._topics), self._markers,
-                          self._tf, self._clock, self._diagnostics):
+                          self._tf, self._clock, self._diagnostics, self._told_scene):
             if publisher is not None:
                 node.destroy_lifecycle_publisher(publisher)  # else the node would keep it
 

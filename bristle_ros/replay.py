@@ -9,7 +9,7 @@ import time
 from . import messages
 from .cli import Parser
 from .mcap_reader import Message
-from .recording import name_of, read_commands, Recording
+from .recording import read_commands, Recording
 from .scene import SceneError
 from .verify import TOLERANCE, verify
 
@@ -59,7 +59,7 @@ class _Player:
         for message in self._messages():
             channel = message.channel
             if channel.topic not in self._publishers:
-                known = outputs.get(name_of(channel)) == channel.schema
+                known = outputs.get(recording.name_of(channel)) == channel.schema
                 self._publishers[channel.topic] = node.create_publisher(
                     _message_class(channel.schema), channel.topic, 100) if known else None
             if sum(map(bool, self._publishers.values())) == len(outputs):

@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 from . import messages
 from .machine import differences, provenance
-from .recording import is_event, load_tolerance, Recording
+from .messages_scene import decode_scene, SCENE
+from .recording import is_event, load_tolerance, Recording, scene_of
+from .scene import SceneError
 
 TOLERANCE = 1e-9        # relative, where other instructions may have been used
 
@@ -29,6 +31,10 @@ def verify(path, simulation_of=None):
     Raises SceneError when the log holds no usable scene.
     """
     recording = Recording(path).from_start()
+    if recording.recorded:
+        raise SceneError('made by a recorder: when commands and resets took effect is not in it; '
+                         'plot and replay can use it, --verify wants a log of log.path',
+                         source=str(path))
     elsewhere = differences(recording.machine, provenance())
     scene = recording.scene
     if simulation_of is None:
@@ -60,6 +66,7 @@ class _Again:
         self._topics = {topic.name: topic
                         for topic in messages.topics(recording.scene.run.frame_prefix)}
         self._snapshot = None
+        self._scene = recording.scene
 
     @property
     def time(self):
@@ -77,6 +84,8 @@ class _Again:
         try:
             if entry.name in self._topics:
                 return self._goto(entry.step) or self._compare(entry)
+            if entry.name == SCENE:
+                return self._compare_scene(entry)
             if entry.name in messages.command_types(True):
                 return self._goto(entry.step) or self._command(entry)
             if entry.name == messages.EVENTS and is_event(entry, 'reset'):
@@ -130,6 +139,13 @@ class _Again:
         except StepFailure:
             return ''
         return f'{self._place(entry)}: the log ends because a step failed, which it does not here'
+
+    def _compare_scene(self, entry):
+        self.compared += 1
+        source = f'{entry.message.channel.topic}: scene'
+        yaml = decode_scene(entry.message.data).get('scene', {}).get('yaml', '')
+        same = scene_of(yaml, source) == self._scene
+        return '' if same else f'{self._place(entry)}: not the scene that the log begins with'
 
     def _compare(self, entry):
         topic = self._topics[entry.name]

@@ -8,7 +8,8 @@ import subprocess
 import sys
 import time
 
-from bristle_ros.messages import decode_event, TF
+from bristle_ros.messages import decode_event, decode_string, TF
+from bristle_ros.messages_scene import SCENE as SCENE_TOPIC
 from bristle_ros.recording import Recording
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, WrenchStamped
@@ -23,7 +24,7 @@ from rclpy.qos import ReliabilityPolicy
 from rosbags.typesys import get_typestore, Stores
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, UInt8MultiArray
+from std_msgs.msg import Float64, String, UInt8MultiArray
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
@@ -81,6 +82,8 @@ def test_in_the_loop(scene, user, tmp_path):
         bad.publish(Float64(data=1e308))
         reports = user.listen(DiagnosticArray, '/diagnostics')
         user.until(lambda: reports and told(reports[-1])['refused commands'] == '2', 'refusals')
+        scenes = user.listen_late(String, 'brush_node/scene')
+        user.until(lambda: scenes, 'the scene, said before this subscriber came')
         user.until(lambda: user.came(speeds) and len(effects(log)) == 3, 'the other commands')
         after = len(speeds)
         user.until(lambda: len(speeds) > after + 100, 'the brush going on')
@@ -92,6 +95,8 @@ def test_in_the_loop(scene, user, tmp_path):
     assert heard['contact_wrench'][-1].header.frame_id == 'brush_mount'
     assert [(marker.ns, marker.id) for marker in heard['bristle_markers'][-1].markers] == [
         ('bristles', 0), ('road', 0), ('contact_force', 0), ('contact_force', 1)]
+    [(_, logged_scene)] = samples(log, SCENE_TOPIC)
+    assert scenes[0].data == decode_string(logged_scene)
     assert chunks(speeds)
     assert follow_each_other(log)
     done = run('replay', log, '--verify')

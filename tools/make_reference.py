@@ -41,6 +41,9 @@ PUBLISHED = {
     '/tf': '`road` to `brush_mount` to `brush`, see `run.publish_tf`; `road` has its origin below '
            "the sweeper's base at the start; made only while somebody subscribes, and only where "
            'tf2_msgs is installed',
+    '~/scene': 'JSON, kept for those who come later: the scene file, processor and versions, step and '
+               'origin of time, names of topics. With it what `ros2 bag` records or converts can be '
+               'used like a log',
     '/diagnostics': 'each second: real-time factor asked and reached, late chunks, estimated '
                     'error, Newton failures, log backlog, refused commands',
     '/clock': 'simulation time, at most 100 Hz of wall time but at each `~/step`; only with '

@@ -1,0 +1,158 @@
+"""Logs that rosbag2's tools have copied, compressed or recorded: messages are all they keep."""
+from dataclasses import replace
+
+from bristle_ros.__main__ import main
+from bristle_ros.messages import decode_string, encode_string
+from bristle_ros.plot_series import read as read_series
+from bristle_ros.recording import read_commands, Recording
+from bristle_ros.scene import SceneError
+from bristle_ros.verify import verify
+from mcap.reader import make_reader
+from mcap.writer import Writer
+import pytest
+from test_replay import COMMANDS, run, SCENE
+
+KEPT = ('offered_qos_profiles', 'topic_type_hash')      # what rosbag2 knows of a channel
+LEFT = '/left/brush_node'
+
+
+def resolved(name):
+    """Return a topic of a node in a namespace, one of them remapped."""
+    name = {'cmd_vel': '/joystick', 'tip_pose': '/tip'}.get(name, name)
+    return name if name.startswith('/') else f'{LEFT}{name[1:]}' if name[0] == '~' else (
+        f'/left/{name}')
+
+
+def files_of(log):
+    return sorted(log.glob('*.mcap')) if log.is_dir() else [log]
+
+
+def copy(sources, target, change=lambda topic, message: (message.log_time, message.data)):
+    """
+    Copy the messages as `ros2 bag convert` does: in order of time, and nothing beside them.
+
+    change : topic and message to (log time, data), or None for one that is left out
+    """
+    with open(target, 'wb') as stream:
+        writer = Writer(stream)
+        writer.start(profile='ros2', library='copy')
+        schemas, channels = {}, {}
+        for source in sources:
+            with open(source, 'rb') as content:
+                for schema, channel, message in make_reader(content).iter_messages():
+                    if schema.name not in schemas:
+                        schemas[schema.name] = writer.register_schema(
+                            schema.name, schema.encoding, schema.data)
+                    if channel.topic not in channels:
+                        channels[channel.topic] = writer.register_channel(
+                            channel.topic, channel.message_encoding, schemas[schema.name],
+                            {key: channel.metadata[key] for key in KEPT})
+                    changed = change(channel.topic, message)
+                    if changed:
+                        writer.add_message(channels[channel.topic], *changed,
+                                           message.publish_time)
+        writer.finish()
+    return target
+
+
+@pytest.fixture(scope='module')
+def logged(tmp_path_factory):
+    """Return the log of a namespaced run with commands and a reset."""
+    path = tmp_path_factory.mktemp('copies') / 'run1'
+    run(path, resolve=resolved, origin=1_790_000_000_123_456_789)
+    return path
+
+
+def test_a_converted_log_is_identical(logged, tmp_path, capsys):
+    converted = copy(files_of(logged), tmp_path / 'a.mcap')
+    assert main(['replay', str(converted), '--verify']) == 0
+    assert 'identical' in capsys.readouterr().out
+    original, verdict = verify(logged), verify(converted)
+    assert (verdict.compared, verdict.applied) == (original.compared, original.applied)
+    assert verdict.applied == len(COMMANDS)
+    recording = Recording(converted)
+    assert recording.scene == SCENE
+    assert recording.machine == Recording(logged).machine
+    assert [entry.name for entry in recording.entries()] == [
+        entry.name for entry in Recording(logged).entries()]
+    assert read_commands(converted) == read_commands(logged)
+
+
+def test_a_change_in_a_converted_log_is_found(logged, tmp_path):
+    def without(topic, message):
+        return None if topic == '/joystick' else (message.log_time, message.data)
+    assert verify(copy(files_of(logged), tmp_path / 'a.mcap', without)).difference
+
+    def older(topic, message):
+        data = message.data
+        if topic == f'{LEFT}/scene':
+            data = data.replace(b'"numba": "', b'"numba": "0')
+        return message.log_time, data
+    def stiffer(topic, message):
+        data = message.data
+        if topic == f'{LEFT}/scene':
+            data = encode_string(decode_string(data).replace(
+                'youngs_modulus: 207', 'youngs_modulus: 208'))
+        return message.log_time, data
+    assert 'step 2' in verify(copy(files_of(logged), tmp_path / 'c.mcap', stiffer)).difference
+    elsewhere = verify(copy(files_of(logged), tmp_path / 'b.mcap', older))
+    assert any('numba' in text for text in elsewhere.elsewhere)
+    assert elsewhere.difference == ''
+
+
+def test_a_converted_log_is_drawn(logged, tmp_path):
+    converted = copy(files_of(logged), tmp_path / 'a.mcap')
+    drawn, original = read_series(converted), read_series(logged)
+    for name in ('t', 'tip', 'normal_force', 'torque', 'commands'):
+        assert (getattr(drawn, name) == getattr(original, name)).all(), name
+    assert len(drawn.commands) == len(COMMANDS)
+
+
+def test_a_split_log_converted_to_one_file_and_a_later_part_alone(tmp_path, capsys):
+    scene = replace(SCENE, log=replace(SCENE.log, max_size=0.1))
+    run(tmp_path / 'run', scene, compression='none')
+    files = files_of(tmp_path / 'run')
+    assert len(files) > 2
+    assert verify(tmp_path / 'run').difference == ''
+    assert verify(copy(files, tmp_path / 'one.mcap')).difference == ''
+    part = copy(files[1:2], tmp_path / 'part.mcap')
+    assert Recording(part).scene == scene
+    assert 10 < len(read_series(part).t) < len(read_series(tmp_path / 'run').t)
+    assert main(['replay', str(part), '--verify']) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert 'does not begin where its run did' in line
+
+
+def recorded(sources, target):
+    """Copy as `ros2 bag record` would have it: times of arrival, one message a chunk."""
+    arrival = 1_790_000_500_000_000_000
+    count = 0
+
+    def change(topic, message):
+        nonlocal count
+        count += 1
+        late = topic.endswith('/scene')     # discovered after the first outputs
+        return arrival + (30 if late else count) * 1_000_000, message.data
+    first = copy(sources, target.with_suffix('.early'), change)
+    return copy([first], target)
+
+
+def test_a_recorded_bag_is_drawn_and_said_not_to_be_verifiable(logged, tmp_path, capsys):
+    bag = recorded(files_of(logged), tmp_path / 'a.mcap')
+    recording = Recording(bag)
+    assert recording.recorded
+    assert not Recording(logged).recorded
+    drawn, original = read_series(bag), read_series(logged)
+    assert (drawn.t == original.t).all()
+    assert (drawn.normal_force == original.normal_force).all()
+    assert main(['replay', str(bag), '--verify']) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert 'made by a recorder' in line
+
+
+def test_a_bag_without_a_scene_says_so(logged, tmp_path):
+    def without(topic, message):
+        return None if topic.endswith('/scene') else (message.log_time, message.data)
+    bag = copy(files_of(logged), tmp_path / 'a.mcap', without)
+    with pytest.raises(SceneError, match='holds no scene'):
+        verify(bag)
