@@ -241,10 +241,14 @@ def is_event(entry, kind):
 def _files(path):
     """Return the MCAP files of a log in their order."""
     if path.is_dir():
-        files = sorted(path.glob('*.mcap'), key=lambda file: (
-            int((re.search(r'_(\d+)\.mcap$', file.name) or [0, 0])[1]), file.name))
+        found = {file.name.removesuffix('.zstd'): file  # the one that is not compressed is newer
+                 for ending in ('*.mcap.zstd', '*.mcap') for file in path.glob(ending)}
+        files = sorted(found.values(), key=lambda file: (
+            int((re.search(r'_(\d+)\.mcap(\.zstd)?$', file.name) or [0, 0])[1]), file.name))
         if not files:
-            raise SceneError('no .mcap file in it; name a log', source=str(path))
+            other = any(path.glob('*.db3*'))
+            raise SceneError('a bag of SQLite; `ros2 bag convert` makes one of mcap of it' if other
+                             else 'no .mcap file in it; name a log', source=str(path))
         return files
     if not path.exists():
         raise SceneError('no such file or directory; name a log', source=str(path))

@@ -2,6 +2,7 @@
 from dataclasses import replace
 
 from bristle_ros.__main__ import main
+from bristle_ros.command_file import read_commands as commands_of
 from bristle_ros.messages import decode_string, encode_string
 from bristle_ros.plot_series import read as read_series
 from bristle_ros.recording import read_commands, Recording
@@ -10,7 +11,9 @@ from bristle_ros.verify import verify
 from mcap.reader import make_reader
 from mcap.writer import Writer
 import pytest
-from test_replay import COMMANDS, run, SCENE
+from rosbags.highlevel import AnyReader
+from test_replay import COMMANDS, ITS, run, SCENE
+import zstandard
 
 KEPT = ('offered_qos_profiles', 'topic_type_hash')      # what rosbag2 knows of a channel
 LEFT = '/left/brush_node'
@@ -156,3 +159,77 @@ def test_a_bag_without_a_scene_says_so(logged, tmp_path):
     bag = copy(files_of(logged), tmp_path / 'a.mcap', without)
     with pytest.raises(SceneError, match='holds no scene'):
         verify(bag)
+
+
+def compressed(log, target):
+    """Compress the files of a log as rosbag2 does with `compression_mode: FILE`."""
+    target.mkdir()
+    for file in files_of(log):
+        (target / f'{file.name}.zstd').write_bytes(
+            zstandard.ZstdCompressor().compress(file.read_bytes()))
+    text = (log / 'metadata.yaml').read_text().replace('.mcap', '.mcap.zstd')
+    text = text.replace("compression_format: ''", 'compression_format: zstd')
+    (target / 'metadata.yaml').write_text(
+        text.replace("compression_mode: ''", 'compression_mode: FILE'))
+    return target
+
+
+def test_every_verb_reads_compressed_files(logged, tmp_path, capsys):
+    packed = compressed(logged, tmp_path / 'packed')
+    (file,) = packed.glob('*.zstd')
+    with AnyReader([packed]) as reader:     # what we made is what others take for it
+        assert reader.message_count == sum(1 for _ in Recording(logged).entries())
+    for log in (packed, file):
+        assert main(['replay', str(log), '--verify']) == 0
+        assert 'identical' in capsys.readouterr().out
+        assert main(['plot', str(log)]) == 0
+    assert sorted(path.name for path in tmp_path.glob('*.png')) == ['packed.png']
+    assert (packed / 'run1_0.png').is_file()
+    assert read_commands(file) == read_commands(logged)
+    assert [event for _, event in commands_of(file, ITS)] == [
+        event for _, event in commands_of(logged, ITS)]
+    assert main(['recover', str(file)]) == 0
+    recovered = Recording(packed / 'run1_0_recovered.mcap')
+    assert [entry.message.data for entry in recovered.entries()] == [
+        entry.message.data for entry in Recording(logged).entries()]
+
+
+def test_a_compressed_file_that_was_cut_or_mangled(tmp_path):
+    run(tmp_path / 'run', compression='none', duration=2000)
+    packed = compressed(tmp_path / 'run', tmp_path / 'packed')
+    (file,) = packed.glob('*.zstd')
+    content = file.read_bytes()
+    half = len(content) // 2
+    file.write_bytes(content[:half])
+    recording = Recording(packed)
+    steps = [entry.step for entry in recording.entries()]
+    assert len(steps) > 100
+    assert recording.cut
+    file.write_bytes(content[:half] + bytes(1000) + content[half + 1000:])
+    recording = Recording(packed)
+    list(recording.entries())
+    assert recording.damage
+    file.write_bytes(content[:4] + b'no frame at all')
+    with pytest.raises(SceneError) as caught:
+        verify(packed)
+    assert '\n' not in str(caught.value)
+
+
+def test_messages_that_were_compressed_are_read(logged, tmp_path):
+    def packed(topic, message):
+        return message.log_time, zstandard.ZstdCompressor().compress(message.data)
+    copied = copy(files_of(logged), tmp_path / 'a.mcap', packed)
+    assert verify(copied)[:3] == verify(logged)[:3]
+    assert verify(copied).difference == ''
+
+    def mangled(topic, message):
+        _, data = packed(topic, message)
+        return message.log_time, data[:-9] if topic == '/tip' else data
+    damaged = copy(files_of(logged), tmp_path / 'b.mcap', mangled)
+    assert 'the log is damaged' in verify(damaged).difference
+
+
+def test_a_bag_of_sqlite_says_what_would_do(tmp_path):
+    (tmp_path / 'bag_0.db3').touch()
+    with pytest.raises(SceneError, match='ros2 bag convert'):
+        Recording(tmp_path)
