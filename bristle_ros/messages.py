@@ -33,6 +33,8 @@ MARKERS = 'visualization_msgs/msg/MarkerArray'
 TF = 'tf2_msgs/msg/TFMessage'
 
 EVENTS = '~/events'
+TRANSFORMS = '/tf'
+DESCRIPTION = 'robot_description'
 
 _HEADER = b'\x00\x01\x00\x00'  # CDR, little-endian
 

@@ -10,6 +10,7 @@ from bristle_ros.node_topics import Outputs
 from bristle_ros.pacing import PacingThread
 from bristle_ros.scene import steps
 from bristle_ros.simulation import Simulation
+from bristle_ros.simulation_mount import MountPath
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from std_srvs.srv import SetBool, Trigger
@@ -81,6 +82,7 @@ class BrushNode(LifecycleNode):
         simulation = Simulation(scene)
         sample = steps(scene, scene.run.sample, 'run.sample') if self._log else 0
         self._driver = Driver(simulation, sample=sample, follow=self._follows)
+        self._driver.mount = MountPath(scene)
         if self._stopping:
             return TransitionCallbackReturn.FAILURE
         if self._follows:
@@ -234,7 +236,7 @@ class BrushNode(LifecycleNode):
         snapshot = self._last = chunk.last
         if self._follows:
             self._keep_origin(chunk)
-        self._outputs.publish(snapshot, driver.simulation, driver.now(), driver.resets,
+        self._outputs.publish(snapshot, driver.simulation, driver.now(), chunk.mount,
                               clock=self._stepping)
         if self._log and self._log.write(chunk):
             driver.late_chunks += 1  # it waited for the disk

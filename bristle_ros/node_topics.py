@@ -2,7 +2,6 @@
 from bristle_ros import messages, messages_view
 from bristle_ros.log_head import head_of
 from bristle_ros.messages_scene import SCENE
-from bristle_ros.simulation_mount import MountPath
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -36,7 +35,6 @@ class Outputs:
         self._its = scene.solver.integration_time_step
         self.origin = origin    # [ns] of simulation time 0 in stamps; a followed clock moves it
         self._frame_prefix, self._transforms = scene.run.frame_prefix, scene.run.publish_tf
-        self._path = MountPath(scene)
         self._topics = [(self._publisher(node, _TYPES[topic.type], topic.name), topic.encode)
                         for topic in messages.topics(scene.run.frame_prefix)]
         self._markers = self._publisher(node, MarkerArray, 'bristle_markers')
@@ -79,12 +77,13 @@ class Outputs:
         """Return the stamp [ns] of a total step."""
         return messages.stamp_ns(step, self._its, self.origin)
 
-    def publish(self, snapshot, simulation, now, resets, *, clock=False):
+    def publish(self, snapshot, simulation, now, mount, *, clock=False):
         """
         Publish the state at a chunk's end, once for each chunk.
 
-        simulation : Simulation    in that state, reset `resets` times; what only viewers want is
-                                   asked of it when they are there
+        simulation : Simulation    in that state; what only viewers want is asked of it when they
+                                   are there
+        mount : Pose               of the mount over the road in that state
         now [ns] is steady wall time; `clock` sends /clock whenever it was last sent, as single
         steps want it.
         """
@@ -95,7 +94,6 @@ class Outputs:
         for publisher, encode in self._topics:
             if publisher.get_subscription_count():
                 publisher.publish(encode(snapshot, stamp))
-        mount = self._path.follow(simulation, resets)
         # Transforms first: a viewer can place a marker when it has them.
         if self._tf is not None and self._tf.get_subscription_count():
             self._tf.publish(messages_view.encode_transforms(

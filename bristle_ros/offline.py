@@ -205,7 +205,10 @@ def _open_output(output, run, arrays, stack):
     path = _check_output(output)
     if path.suffix == '.mcap':
         from bristle_ros.log import Log
+        from bristle_ros.simulation_mount import MountPath
         log = stack.enter_context(Log(path, run.scene, key='--output'))
+        if run.scene.log.tf:
+            run.driver.mount = MountPath(run.scene)
         stack.callback(_check_log, log, path)
         return [log]
     try:

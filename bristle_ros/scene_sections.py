@@ -184,3 +184,4 @@ class Log(_Section):
     compression: str = choice('zstd', ('zstd', 'lz4', 'none'), 'of the log')
     max_size: float = number(
         0.0, 'MB', 0.0, 1e9, 'of a file of the log, before the next is begun; 0: one file')
+    tf: bool = switch(True, 'whether the log has /tf, for each run.chunk, and robot_description')

@@ -5,8 +5,11 @@ from typing import NamedTuple
 from . import messages
 from .machine import differences, provenance
 from .messages_scene import decode_scene, SCENE
+from .messages_view import transforms_topic
 from .recording import is_event, load_tolerance, Recording, scene_of
 from .scene import SceneError
+from .simulation_mount import MountPath
+from .urdf import urdf
 
 TOLERANCE = 1e-9        # relative, where other instructions may have been used
 
@@ -63,10 +66,11 @@ class _Again:
         self._base = -simulation.step       # run step = base + simulation.step
         self._its, self._origin = recording.integration_time_step, recording.origin
         self._limits = limits               # topic -> largest differences allowed; None: no bit
-        self._topics = {topic.name: topic
-                        for topic in messages.topics(recording.scene.run.frame_prefix)}
+        self._scene = scene = recording.scene
+        prefix, path, self._resets = scene.run.frame_prefix, MountPath(scene), 0
+        self._topics = {topic.name: topic for topic in (*messages.topics(prefix), transforms_topic(
+            prefix, lambda: path.follow(simulation, self._resets)))}
         self._snapshot = None
-        self._scene = recording.scene
 
     @property
     def time(self):
@@ -86,6 +90,8 @@ class _Again:
                 return self._goto(entry.step) or self._compare(entry)
             if entry.name == SCENE:
                 return self._compare_scene(entry)
+            if entry.name == messages.DESCRIPTION:
+                return self._compare_description(entry)
             if entry.name in messages.command_types(True):
                 return self._goto(entry.step) or self._command(entry)
             if entry.name == messages.EVENTS and is_event(entry, 'reset'):
@@ -123,6 +129,7 @@ class _Again:
     def _reset(self, entry):
         self._simulation.reset()
         self._base = entry.step - self._simulation.step
+        self._resets += 1
         self._snapshot = None
         self.applied += 1
         return ''
@@ -146,6 +153,12 @@ class _Again:
         yaml = decode_scene(entry.message.data).get('scene', {}).get('yaml', '')
         same = scene_of(yaml, source) == self._scene
         return '' if same else f'{self._place(entry)}: not the scene that the log begins with'
+
+    def _compare_description(self, entry):
+        self.compared += 1
+        # It is drawn, not simulated: another version may draw it otherwise.
+        same = self._limits or entry.message.data == messages.encode_string(urdf(self._scene))
+        return '' if same else f'{self._place(entry)}: not what the scene gives'
 
     def _compare(self, entry):
         topic = self._topics[entry.name]
@@ -175,8 +188,8 @@ def _limits(recording):
 
     Relative to the largest that its vector has in the log: in the air a force is round-off alone.
     """
-    topics = {topic.name: topic for topic in messages.TOPICS}
-    limits = {topic.name: [0.0] * len(topic.fields) for topic in messages.TOPICS}
+    topics = {topic.name: topic for topic in (*messages.TOPICS, transforms_topic())}
+    limits = {name: [0.0] * len(topic.fields) for name, topic in topics.items()}
     for entry in recording.entries():
         topic = topics.get(entry.name)
         try:

@@ -1,5 +1,8 @@
 """Logs that rosbag2's tools have copied, compressed or recorded: messages are all they keep."""
 from dataclasses import replace
+import itertools
+import math
+from xml.etree import ElementTree
 
 from bristle_ros.__main__ import main
 from bristle_ros.command_file import read_commands as commands_of
@@ -233,3 +236,36 @@ def test_a_bag_of_sqlite_says_what_would_do(tmp_path):
     (tmp_path / 'bag_0.db3').touch()
     with pytest.raises(SceneError, match='ros2 bag convert'):
         Recording(tmp_path)
+
+
+def test_a_log_has_the_frames_of_each_chunk(logged, tmp_path):
+    with AnyReader([logged]) as reader:
+        found = {one.topic: [] for one in reader.connections}
+        for connection, time, raw in reader.messages():
+            found[connection.topic].append(
+                (time, reader.deserialize(raw, connection.msgtype)))
+    chunk = round(SCENE.run.chunk * 1e9)
+    times = [time for time, _ in found['/tf']]
+    assert {after - before for before, after in itertools.pairwise(times)} == {chunk}
+    angles = {time: state.position[0] for time, state in found['/left/joint_states']}
+    compared = 0
+    for time, message in found['/tf']:
+        mount, turn = message.transforms
+        frames = [(one.header.frame_id, one.child_frame_id) for one in (mount, turn)]
+        assert frames == [('road', 'brush_mount'), ('brush_mount', 'brush')]
+        if time in angles:
+            spin = turn.transform.rotation
+            off = 2.0 * math.atan2(spin.z, spin.w) - angles[time]
+            assert math.sin(0.5 * off) == pytest.approx(0.0, abs=1e-9)   # whole turns apart
+            compared += 1
+    assert compared > 10
+    ways = [message.transforms[0].transform.translation.x for _, message in found['/tf']]
+    assert max(ways) > 0.002    # cmd_vel
+    [(_, described)] = found['/left/robot_description']
+    links = {link.get('name') for link in ElementTree.fromstring(described.data).iter('link')}
+    assert links == {'brush_mount', 'brush'}
+
+    run(tmp_path / 'bare', replace(SCENE, log=replace(SCENE.log, tf=False)))
+    names = {entry.name for entry in Recording(tmp_path / 'bare').entries()}
+    assert not names & {'/tf', 'robot_description'}
+    assert verify(tmp_path / 'bare').difference == ''
