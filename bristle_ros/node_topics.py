@@ -17,9 +17,13 @@ _TYPES = {messages.WRENCH: WrenchStamped, messages.POSE: PoseStamped,
 _CLOCK_PERIOD = 10_000_000   # [ns] of wall time: 100 Hz, which rclpy subscribers can follow
 
 
-def reliable():
-    """Return a profile for one topic alone: rclpy writes the overrides into what it is given."""
-    return QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+def reliable(depth=10):
+    """
+    Return a profile for one topic alone: rclpy writes the overrides into what it is given.
+
+    Reliable publishers serve best-effort subscribers too; the reverse does not hold.
+    """
+    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE)
 
 
 def latched():
@@ -37,7 +41,8 @@ class Outputs:
         self._frame_prefix, self._transforms = scene.run.frame_prefix, scene.run.publish_tf
         self._topics = [(self._publisher(node, _TYPES[topic.type], topic.name), topic.encode)
                         for topic in messages.topics(scene.run.frame_prefix)]
-        self._markers = self._publisher(node, MarkerArray, 'bristle_markers')
+        self._markers = self._publisher(node, MarkerArray, 'bristle_markers', depth=1)
+        self._marker_rate, self._markers_due = scene.run.marker_rate, 0
         self._layout = None     # of the markers, made when somebody subscribes
         self._scene = scene
         self._tf = None
@@ -54,9 +59,9 @@ class Outputs:
         self._told_scene.publish(head_of(scene, origin, node.resolve_topic_name).message)
 
     @staticmethod
-    def _publisher(node, type_, name):
+    def _publisher(node, type_, name, depth=10):
         return node.create_lifecycle_publisher(
-            type_, name, reliable(), qos_overriding_options=OVERRIDABLE)
+            type_, name, reliable(depth), qos_overriding_options=OVERRIDABLE)
 
     def _transform_publisher(self, node):
         try:
@@ -84,8 +89,8 @@ class Outputs:
         simulation : Simulation    in that state; what only viewers want is asked of it when they
                                    are there
         mount : Pose               of the mount over the road in that state
-        now [ns] is steady wall time; `clock` sends /clock whenever it was last sent, as single
-        steps want it.
+        now [ns] is steady wall time; `clock` sends /clock and markers whenever they were last
+        sent, as single steps want it.
         """
         stamp = self.stamp(snapshot.step)
         if clock or now >= self._clock_due:
@@ -98,7 +103,11 @@ class Outputs:
         if self._tf is not None and self._tf.get_subscription_count():
             self._tf.publish(messages_view.encode_transforms(
                 stamp, self._frame_prefix, snapshot, mount, self._transforms))
-        if self._markers.get_subscription_count():
+        if self._marker_rate and (clock or now >= self._markers_due) and (
+                self._markers.get_subscription_count()):
+            period = 1e9 / self._marker_rate
+            in_turn = self._markers_due + period
+            self._markers_due = in_turn if in_turn > now else now + period
             self._layout = self._layout or messages_view.Markers(self._scene)
             self._markers.publish(self._layout.encode(
                 stamp, snapshot, simulation.centreline(), mount))

@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
-from rclpy.qos import ReliabilityPolicy
+from rclpy.qos import qos_profile_sensor_data, ReliabilityPolicy
 from rosbags.typesys import get_typestore, Stores
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -111,6 +111,43 @@ def test_in_the_loop(scene, user, tmp_path):
     assert sorted(name for _, name in effects(log)) == [
         'cmd_brush_speed', 'cmd_penetration', 'cmd_vel']
     assert all(step % 10 == 0 for step, _ in effects(log)), 'commands take effect at chunk starts'
+
+
+def test_markers_come_at_their_rate_and_with_each_single_step(scene, user):
+    with Brush(scene) as brush:
+        states = user.listen(JointState, 'joint_states')
+        user.until(lambda: len(states) > 20, 'joint_states')
+        began = time.monotonic()
+        markers, looked = user.listen(MarkerArray, 'bristle_markers'), []
+        user.node.create_subscription(
+            MarkerArray, 'bristle_markers', looked.append, qos_profile_sensor_data)
+        user.until(lambda: len(markers) > 20 and looked, 'markers, also for best effort')
+        # However late they arrive: no more were sent than this.
+        assert len(markers) <= 20.0 * (time.monotonic() - began) + 1.0
+        user.pause(states)
+        held = [seconds(states[-1])]
+        for _ in range(3):
+            assert user.call(Trigger, 'brush_node/step').success
+            user.until(lambda: seconds(states[-1]) > held[-1], 'the step')
+            held.append(seconds(states[-1]))
+            user.until(lambda: seconds(markers[-1].markers[0]) == held[-1], 'its markers')
+        assert brush.end()[0] == 0
+
+
+@pytest.mark.parametrize(('rate', 'expected'), [('0', 0), ('.inf', 1)])
+def test_markers_of_no_chunk_and_of_each(scene, user, rate, expected):
+    with Brush(scene, f'run.marker_rate:={rate}') as brush:
+        states = user.listen(JointState, 'joint_states')
+        markers = user.listen(MarkerArray, 'bristle_markers')
+        user.until(lambda: len(states) > 20 and (markers or not expected), 'messages')
+        before = len(markers), len(states)
+        user.until(lambda: len(states) > before[1] + 200, 'a second more')
+        if expected:    # far more than at 20 Hz; some may be lost to a busy subscriber
+            assert len(markers) - before[0] > 100
+            assert {round(seconds(one.markers[0]) / 0.005, 6) % 1.0 for one in markers} == {0.0}
+        else:
+            assert not markers
+        assert brush.end()[0] == 0
 
 
 def test_pause_step_reset(scene, user):

@@ -37,7 +37,7 @@ PUBLISHED = {
                     '+z',
     'bristle_markers': 'bristles (lines), road (a plate under the brush) and the contact force at '
                        'each tip that touches (arrows, 0.5 m/N, at most a bristle long); made '
-                       'only while somebody subscribes',
+                       'only while somebody subscribes, `run.marker_rate` times a second',
     '/tf': '`road` to `brush_mount` to `brush`, see `run.publish_tf`; `road` has its origin below '
            "the sweeper's base at the start; made only while somebody subscribes, and only where "
            'tf2_msgs is installed',
