@@ -132,9 +132,9 @@ class Recording:
     def name_of(self, channel):
         """Return the topic's name before remapping; a guess where nothing says it."""
         last = channel.topic.rpartition('/')[2]
-        return (channel.metadata.get(CONTRACT_NAME)
-                or self._head.get('topics', {}).get(channel.topic)
-                or (last if last in _OUTPUTS else channel.topic))
+        names = self._head.get('topics') or {channel.topic: last if last in _OUTPUTS else ''}
+        return (channel.metadata.get(CONTRACT_NAME) or names.get(channel.topic)
+                or channel.topic)
 
     def _read_head(self):
         for record in self.records():

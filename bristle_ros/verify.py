@@ -6,8 +6,8 @@ from . import messages
 from .machine import differences, provenance
 from .messages_scene import decode_scene, SCENE
 from .messages_view import transforms_topic
+from .recorded import in_order
 from .recording import is_event, load_tolerance, Recording, scene_of
-from .scene import SceneError
 from .simulation_mount import MountPath
 from .urdf import urdf
 
@@ -34,10 +34,6 @@ def verify(path, simulation_of=None):
     Raises SceneError when the log holds no usable scene.
     """
     recording = Recording(path).from_start()
-    if recording.recorded:
-        raise SceneError('made by a recorder: when commands and resets took effect is not in it; '
-                         'plot and replay can use it, --verify wants a log of log.path',
-                         source=str(path))
     elsewhere = differences(recording.machine, provenance())
     scene = recording.scene
     if simulation_of is None:
@@ -45,7 +41,7 @@ def verify(path, simulation_of=None):
         simulation_of = Simulation
     again = _Again(simulation_of(scene), recording, _limits(recording) if elsewhere else None)
     difference = ''
-    for entry in recording.entries():
+    for entry in in_order(recording) if recording.recorded else recording.entries():
         difference = again.follow(entry)
         if difference:
             break
@@ -65,6 +61,7 @@ class _Again:
         self._simulation = simulation
         self._base = -simulation.step       # run step = base + simulation.step
         self._its, self._origin = recording.integration_time_step, recording.origin
+        self._recorded = recording.recorded
         self._limits = limits               # topic -> largest differences allowed; None: no bit
         self._scene = scene = recording.scene
         prefix, path, self._resets = scene.run.frame_prefix, MountPath(scene), 0
@@ -94,6 +91,9 @@ class _Again:
                 return self._compare_description(entry)
             if entry.name in messages.command_types(True):
                 return self._goto(entry.step) or self._command(entry)
+            if entry.name == messages.EVENTS and (
+                    event := messages.decode_event(entry.message.data)).get('values'):
+                return self._goto(entry.step) or self._apply(event.get('topic'), event['values'])
             if entry.name == messages.EVENTS and is_event(entry, 'reset'):
                 return self._goto(entry.step) or self._reset(entry)
             if entry.name == messages.EVENTS and is_event(entry, 'load'):
@@ -104,7 +104,7 @@ class _Again:
             return f'{self._place(entry)}: the simulation cannot go on, the log does: {error}'
         except CommandRefused as error:
             return f'{self._place(entry)}: the logged command is refused: {error}'
-        except ValueError as error:
+        except (TypeError, ValueError) as error:
             return f'{self._place(entry)}: {error}'
         return ''
 
@@ -120,8 +120,11 @@ class _Again:
         return ''
 
     def _command(self, entry):
-        values = messages.decode_command(entry.message.channel.schema, entry.message.data)
-        self._simulation.command(entry.name, values)
+        return self._apply(entry.name, messages.decode_command(
+            entry.message.channel.schema, entry.message.data))
+
+    def _apply(self, topic, values):
+        self._simulation.command(topic, values)
         self._snapshot = None
         self.applied += 1
         return ''
@@ -164,7 +167,9 @@ class _Again:
         topic = self._topics[entry.name]
         if self._snapshot is None:
             self._snapshot = self._simulation.snapshot()
-        payload = topic.encode(self._snapshot, entry.message.log_time)
+        stamp = (messages.stamp_ns(entry.step, self._its, self._origin) if self._recorded
+                 else entry.message.log_time)
+        payload = topic.encode(self._snapshot, stamp)
         self.compared += 1
         if payload == entry.message.data:
             return ''

@@ -1,12 +1,15 @@
 """Logs that rosbag2's tools have copied, compressed or recorded: messages are all they keep."""
 from dataclasses import replace
 import itertools
+import json
 import math
 from xml.etree import ElementTree
 
 from bristle_ros.__main__ import main
 from bristle_ros.command_file import read_commands as commands_of
-from bristle_ros.messages import decode_string, encode_string
+from bristle_ros.mcap_file import McapFile
+from bristle_ros.message_types import schema_text
+from bristle_ros.messages import decode_command, decode_event, decode_string, encode_string
 from bristle_ros.plot_series import read as read_series
 from bristle_ros.recording import read_commands, Recording
 from bristle_ros.scene import SceneError
@@ -129,31 +132,66 @@ def test_a_split_log_converted_to_one_file_and_a_later_part_alone(tmp_path, caps
     assert 'does not begin where its run did' in line
 
 
-def recorded(sources, target):
-    """Copy as `ros2 bag record` would have it: times of arrival, one message a chunk."""
+def recorded(source, target, whole=True):
+    """
+    Write a log again as `ros2 bag record` would have it of the node's topics.
+
+    Times of arrival, the states at chunk ends alone, one topic well behind the others, the scene
+    discovered late; commands as `~/events` tells them, beside those on their topics.
+    """
+    chunk, number = round(SCENE.run.chunk / ITS), itertools.count()
+    messages = []   # (arrival, channel, data)
     arrival = 1_790_000_500_000_000_000
-    count = 0
+    for entry in Recording(source).entries():
+        due = arrival + entry.step * 500_000
+        data = entry.message.data
+        if entry.name == '~/events' or entry.name.startswith('cmd_'):
+            event = {'values': decode_command(entry.message.channel.schema, data),
+                     'topic': entry.name, 'event': 'command'} if entry.name != '~/events' else (
+                         decode_event(data))
+            event |= {'step': entry.step, 'number': next(number)}
+            if whole or event['number'] != 2:
+                messages.append((due + 90_000_000, f'{LEFT}/events', 'std_msgs/msg/String',
+                                 encode_string(json.dumps(event))))
+        if entry.name != '~/events':
+            if entry.step % chunk and entry.name in ('tip_pose', 'joint_states', 'tip_wrench',
+                                                     'contact_wrench', 'mount_wrench'):
+                continue
+            late = {'~/scene': 30_000_000, 'tip_pose': 70_000_000}.get(entry.name, 0)
+            channel = entry.message.channel
+            messages.append((due + late, channel.topic, channel.schema, data))
+    file = McapFile(target)
+    channels = {}
+    for arrived, topic, type_name, data in sorted(messages):
+        if topic not in channels:
+            channels[topic] = file.channel(topic, type_name, schema_text(type_name).encode(), {})
+        file.add(channels[topic], arrived, arrived, data)
+    file.finish()
+    return target
 
-    def change(topic, message):
-        nonlocal count
-        count += 1
-        late = topic.endswith('/scene')     # discovered after the first outputs
-        return arrival + (30 if late else count) * 1_000_000, message.data
-    first = copy(sources, target.with_suffix('.early'), change)
-    return copy([first], target)
 
-
-def test_a_recorded_bag_is_drawn_and_said_not_to_be_verifiable(logged, tmp_path, capsys):
-    bag = recorded(files_of(logged), tmp_path / 'a.mcap')
+def test_a_recorded_bag_is_drawn_and_verified(logged, tmp_path, capsys):
+    bag = recorded(logged, tmp_path / 'a.mcap')
     recording = Recording(bag)
     assert recording.recorded
     assert not Recording(logged).recorded
     drawn, original = read_series(bag), read_series(logged)
-    assert (drawn.t == original.t).all()
-    assert (drawn.normal_force == original.normal_force).all()
+    at = [list(original.t).index(time) for time in drawn.t]
+    assert len(at) > 20
+    assert (drawn.normal_force == original.normal_force[at]).all()
+    assert main(['replay', str(bag), '--verify']) == 0
+    assert 'identical' in capsys.readouterr().out
+    verdict = verify(bag)
+    assert verdict.compared == 1 + 5 * len(at)
+    assert verdict.applied == len(COMMANDS)
+
+
+def test_a_recorded_bag_that_lacks_an_event_is_not_verified(logged, tmp_path, capsys):
+    bag = recorded(logged, tmp_path / 'a.mcap', whole=False)
     assert main(['replay', str(bag), '--verify']) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert 'made by a recorder' in line
+    assert 'made by a recorder, and events are missing' in line
+    assert len(read_series(bag).t) > 20
 
 
 def test_a_bag_without_a_scene_says_so(logged, tmp_path):
@@ -269,3 +307,17 @@ def test_a_log_has_the_frames_of_each_chunk(logged, tmp_path):
     names = {entry.name for entry in Recording(tmp_path / 'bare').entries()}
     assert not names & {'/tf', 'robot_description'}
     assert verify(tmp_path / 'bare').difference == ''
+
+
+@pytest.mark.parametrize('event', [
+    {'topic': 'cmd_vel', 'values': 5}, {'values': [1.0]}, {'topic': [], 'values': [1.0]},
+    {'topic': 'cmd_brush_speed', 'values': [None]}, {'topic': 'cmd_brush_speed', 'values': [1e9]}])
+def test_events_that_make_no_sense_are_a_difference(logged, tmp_path, event):
+    def senseless(topic, message):
+        data = message.data
+        if topic == f'{LEFT}/events' and decode_event(data)['event'] == 'reset':
+            data = encode_string(json.dumps({'event': 'command', 'step': 200, **event}))
+        return message.log_time, data
+    difference = verify(copy(files_of(logged), tmp_path / 'a.mcap', senseless)).difference
+    assert 'step 200' in difference
+    assert '\n' not in difference

@@ -8,6 +8,8 @@ import subprocess
 import sys
 import time
 
+from bristle_ros.mcap_file import McapFile
+from bristle_ros.message_types import schema_text
 from bristle_ros.messages import decode_event, decode_string, TF
 from bristle_ros.messages_scene import SCENE as SCENE_TOPIC
 from bristle_ros.recording import Recording
@@ -20,7 +22,8 @@ import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
-from rclpy.qos import qos_profile_sensor_data, ReliabilityPolicy
+from rclpy.qos import (DurabilityPolicy, qos_profile_sensor_data, QoSProfile,
+                       ReliabilityPolicy)
 from rosbags.typesys import get_typestore, Stores
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -148,6 +151,52 @@ def test_markers_of_no_chunk_and_of_each(scene, user, rate, expected):
         else:
             assert not markers
         assert brush.end()[0] == 0
+
+
+def test_what_a_recorder_hears_can_be_verified(scene, user, tmp_path):
+    """Every topic as it comes, at the time at which it comes, as `ros2 bag record` stores it."""
+    bag = McapFile(tmp_path / 'bag.mcap')
+    kept = {'brush_node/scene', 'brush_node/events'}
+    heard = []
+
+    def record(topic, type_):
+        latched = DurabilityPolicy.TRANSIENT_LOCAL if topic in kept else DurabilityPolicy.VOLATILE
+        type_name = f'{type_.__module__.partition(".")[0]}/msg/{type_.__name__}'
+        channel = bag.channel(f'/{topic}', type_name, schema_text(type_name).encode(), {})
+
+        def keep(payload):
+            now = time.time_ns()
+            bag.add(channel, now, now, payload)
+            heard.append(topic)
+        user.node.create_subscription(
+            type_, topic, keep, QoSProfile(depth=1000, durability=latched), raw=True)
+
+    with Brush(scene) as brush:
+        states = user.listen(JointState, 'joint_states')
+        user.until(lambda: states, 'the brush, before anybody records')
+        user.publisher(Float64, 'cmd_brush_speed').publish(Float64(data=7.0))
+        user.until(lambda: states[-1].velocity[0] == pytest.approx(7.0), 'the commanded speed')
+        for topic, type_ in {
+                'contact_wrench': WrenchStamped, 'tip_wrench': WrenchStamped,
+                'mount_wrench': WrenchStamped, 'tip_pose': PoseStamped, 'joint_states': JointState,
+                'cmd_vel': TwistStamped, 'brush_node/scene': String,
+                'brush_node/events': String}.items():
+            record(topic, type_)
+        user.until(lambda: kept | {'tip_pose'} <= {*heard}, 'what the recorder wants')
+        velocity = TwistStamped()
+        velocity.twist.linear.x = 0.4
+        user.publisher(TwistStamped, 'cmd_vel').publish(velocity)
+        user.until(lambda: heard.count('brush_node/events') == 3, 'start and two commands')
+        assert user.call(Trigger, 'brush_node/reset').success
+        user.until(lambda: heard.count('brush_node/events') == 4, 'the reset')
+        after = len(heard)
+        user.until(lambda: len(heard) > after + 100, 'the brush going on')
+        assert brush.end()[0] == 0
+    bag.finish()
+    done = run('replay', tmp_path / 'bag.mcap', '--verify')
+    assert (done.returncode, 'identical' in done.stdout) == (0, True), done.stdout + done.stderr
+    assert '3 commands and resets' in done.stdout
+    assert run('plot', tmp_path / 'bag.mcap').returncode == 0
 
 
 def test_pause_step_reset(scene, user):

@@ -41,6 +41,9 @@ PUBLISHED = {
     '/tf': '`road` to `brush_mount` to `brush`, see `run.publish_tf`; `road` has its origin below '
            "the sweeper's base at the start; made only while somebody subscribes, and only where "
            'tf2_msgs is installed',
+    '~/events': 'JSON, kept for those who come later: start, commands, timeouts, resets and load '
+                'decisions as they took effect, and the failure that ends a run; `event`, `step` '
+                'and a `number` without gaps, `topic` and `values` of commands',
     '~/scene': 'JSON, kept for those who come later: the scene file, processor and versions, step and '
                'origin of time, names of topics. With it what `ros2 bag` records or converts can be '
                'used like a log',
