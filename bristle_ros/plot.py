@@ -59,8 +59,8 @@ def main(argv=None):
     """Run the verb; return its exit code."""
     parser = Parser('plot', 'Draws a run to one page: tip path, normal force, brush torque, '
                     'spectrum, timing.')
-    parser.add_argument('log', help='an .mcap or .mcap.zstd file, a bag directory, also one cut off, '
-                        'or the .npz of simulate')
+    parser.add_argument('log', help='an .mcap or .mcap.zstd file, a bag directory, also one '
+                        'that was cut off, or the .npz of simulate')
     parser.add_argument('--output', metavar='FILE',
                         help='.png, .pdf or .svg (default: NAME.png beside the log)')
     parser.add_argument('--from', dest='begin', type=_seconds, default=0.0, metavar='S',

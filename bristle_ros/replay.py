@@ -69,7 +69,8 @@ class _Player:
                 name = recording.name_of(channel)
                 found.add(name)
                 known = (outputs | _BESIDE).get(name) == channel.schema
-                self._publishers[channel.topic] = _publisher(node, channel, name) if known else None
+                self._publishers[channel.topic] = (
+                    _publisher(node, channel, name) if known else None)
             if found >= {*outputs, *_BESIDE} or (
                     found >= {*outputs} and message.log_time > first + _SOON):
                 break

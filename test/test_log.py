@@ -46,7 +46,8 @@ def write_example(log, chunks=30):
     return {**{f'/{topic.name}': end + 1 for topic in messages.TOPICS},
             '/cmd_brush_speed': 1, '/cmd_vel': 2, '/cmd_penetration': 1, '/diagnostics': 1,
             '/clock': 1, '/brush_node/scene': 1,
-            '/robot_description': 1, '/tf': chunks + 1, '/brush_node/events': 4}  # start, reset, timeout, load
+            '/robot_description': 1, '/tf': chunks + 1,
+            '/brush_node/events': 4}  # start, reset, timeout, load
 
 
 def mcap_of(path):

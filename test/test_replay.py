@@ -391,7 +391,8 @@ def start_replay(*arguments, path=()):
     return subprocess.Popen(
         [sys.executable, '-m', 'bristle_ros', 'replay', *map(str, arguments)],
         env={**os.environ, 'PYTHONPATH': os.pathsep.join(
-            [*map(str, path), os.environ.get('PYTHONPATH', '')])}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            [*map(str, path), os.environ.get('PYTHONPATH', '')])},
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
 
 

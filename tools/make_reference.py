@@ -44,9 +44,9 @@ PUBLISHED = {
     '~/events': 'JSON, kept for those who come later: start, commands, timeouts, resets and load '
                 'decisions as they took effect, and the failure that ends a run; `event`, `step` '
                 'and a `number` without gaps, `topic` and `values` of commands',
-    '~/scene': 'JSON, kept for those who come later: the scene file, processor and versions, step and '
-               'origin of time, names of topics. With it what `ros2 bag` records or converts can be '
-               'used like a log',
+    '~/scene': 'JSON, kept for those who come later: the scene file, processor and versions, '
+               'step and origin of time, names of topics. With it what `ros2 bag` records or '
+               'converts can be used like a log',
     '/diagnostics': 'each second: real-time factor asked and reached, late chunks, estimated '
                     'error, Newton failures, log backlog, refused commands',
     '/clock': 'simulation time, at most 100 Hz of wall time but at each `~/step`; only with '
