@@ -24,9 +24,9 @@ def _dump(data):
     return yaml.dump(data, Dumper=_NoAliases, sort_keys=False)
 
 
-def qos_text():
-    """Return the `offered_qos_profiles` of a channel."""
-    return _dump(QOS)
+def qos_text(*, latched=False):
+    """Return the `offered_qos_profiles` of a channel; who comes late gets what is `latched`."""
+    return _dump([{**QOS[0], 'depth': 1, 'durability': 'transient_local'}] if latched else QOS)
 
 
 class TopicCount(NamedTuple):
@@ -36,6 +36,7 @@ class TopicCount(NamedTuple):
     type: str  # noqa: A003
     hash: str  # noqa: A003
     messages: int
+    qos: str = ''       # as `qos_text` gives it
 
 
 class FileCount(NamedTuple):
@@ -69,7 +70,7 @@ def bag_information(files):
         'topics_with_message_count': [{
             'topic_metadata': {
                 'name': topic.name, 'type': topic.type, 'serialization_format': 'cdr',
-                'offered_qos_profiles': QOS, 'type_description_hash': topic.hash},
+                'offered_qos_profiles': _profiles(topic), 'type_description_hash': topic.hash},
             'message_count': topic.messages} for topic in totals.values()],
         'compression_format': '',
         'compression_mode': '',
@@ -78,6 +79,14 @@ def bag_information(files):
                    'message_count': file.messages} for file in files],
         'custom_data': None,
         'ros_distro': 'jazzy'}
+
+
+def _profiles(topic):
+    try:
+        profiles = yaml.safe_load(topic.qos)
+    except yaml.YAMLError:  # a file that was mangled, and is being recovered
+        profiles = None
+    return profiles if isinstance(profiles, list) else QOS
 
 
 def _times(start, end):

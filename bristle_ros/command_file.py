@@ -23,7 +23,7 @@ def read_commands(path, its):
     path = Path(path).expanduser()
     if path.suffix == '.csv':
         return _read_csv(path, its)
-    if path.suffix == '.mcap' or path.is_dir():
+    if path.name.endswith(('.mcap', '.mcap.zstd')) or path.is_dir():
         return _read_log(path, its)
     raise SceneError('must be a .csv, an .mcap or a bag directory', key='--commands',
                      value=str(path))

@@ -27,6 +27,7 @@ class Chunk(NamedTuple):
     last: object            # Snapshot at `end`
     events: tuple           # Events in the order in which they took effect
     failure: object = None  # StepFailure, or None
+    mount: object = None    # Pose of the mount over the road at `end`, if the driver follows it
 
 
 class Driver:
@@ -54,6 +55,7 @@ class Driver:
         self.refused = 0                # commands
         self.stepping = 0               # [ns] spent in advance() alone
         self.resets = 0
+        self.mount = None               # MountPath to follow to each chunk's end, or None
         self._clock = clock
         self._lock = threading.Lock()   # commands come from another thread than chunks
         self._total = 0                 # steps since the start of the run
@@ -255,8 +257,9 @@ class Driver:
                 samples.append(self._snapshot())
         reached = self._total
         last = samples[-1] if samples and samples[-1].step == reached else self._snapshot()
+        mount = self.mount and self.mount.follow(self.simulation, self.resets)
         self._end(paced, end)
-        return Chunk(start, reached, tuple(samples), last, tuple(events), failure)
+        return Chunk(start, reached, tuple(samples), last, tuple(events), failure, mount)
 
     def _begin(self, start):
         with self._lock:

@@ -5,13 +5,17 @@ import time
 
 from . import messages
 from .bag_metadata import qos_text
-from .machine import provenance
+from .log_head import head_of
 from .message_types import schema_text, TYPE_HASHES
-from .scene import SceneError, to_yaml
+from .messages_scene import SCENE
+from .messages_view import encode_transforms
+from .scene import SceneError
+from .urdf import urdf
 
 CAPACITY = 4096         # [samples] in the queue: 4 s at 1 kHz
 CLOSE_TIMEOUT = 4.0     # [s] launch kills what has not ended 5 s after Ctrl-C
 CONTRACT_NAME = 'bristle_ros'   # channel metadata: the topic's name before remapping
+_LATCHED = {SCENE, messages.DESCRIPTION}
 
 
 def _in_node(name):
@@ -46,6 +50,7 @@ class Log:
         self._channels = {}
         self._topics = messages.topics(scene.run.frame_prefix)
         self._commands = messages.command_types(scene.run.stamped_cmd_vel)
+        self._prefix = scene.run.frame_prefix if scene.log.tf else None
         self._capacity = capacity
         self._queue, self._backlog = deque(), 0
         self._changed = threading.Condition()
@@ -71,7 +76,8 @@ class Log:
         Log a chunk's samples, events and failure; returns whether it had to wait for the disk.
 
         `chunk` has `samples`: Snapshots, `events`: (step, kind, topic, values) each, with kind
-        `command`, `timeout` or `reset`, and `failure`: None or an error with `reason`.
+        `command`, `timeout` or `reset`, `failure`: None or an error with `reason`, and `mount`:
+        None or a Pose, which gives /tf at the chunk's end.
         """
         weight = len(chunk.samples) + len(chunk.events) + (chunk.failure is not None)
         return weight > 0 and self._put(weight, self._store_chunk, chunk, time.time_ns())
@@ -171,6 +177,9 @@ class Log:
                                topic.encode(snapshot, stamp))
         for event in events:
             self._store_event(event, wall)
+        if self._prefix is not None and chunk.mount is not None and chunk.end > chunk.start:
+            self._store_message(chunk.end, messages.TRANSFORMS, messages.TF, encode_transforms(
+                self._stamp(chunk.end), self._prefix, chunk.last, chunk.mount, 'all'), wall)
         if chunk.failure is not None:
             self._store_message(chunk.end, messages.EVENTS, messages.STRING, messages.encode_event(
                 'failure', chunk.end, reason=str(chunk.failure)), wall)
@@ -195,19 +204,24 @@ class Log:
         if name not in self._channels:
             self._channels[name] = self._file.channel(
                 self._resolve(name), type_name, schema_text(type_name).encode(),
-                {'offered_qos_profiles': qos_text(), 'topic_type_hash': TYPE_HASHES[type_name],
-                 CONTRACT_NAME: name})
+                {'offered_qos_profiles': qos_text(latched=name in _LATCHED),
+                 'topic_type_hash': TYPE_HASHES[type_name], CONTRACT_NAME: name})
         return self._channels[name]
 
     def _write_head(self, scene):
-        text = to_yaml(scene)
-        self._file.add_metadata('bristle_ros.scene', {'yaml': text})
-        self._file.add_metadata('bristle_ros.machine', provenance())
-        self._file.add_metadata('bristle_ros.run', {
-            'integration_time_step': repr(self._integration_time_step),
-            'time_origin_ns': str(self._origin)})
-        self._file.add_attachment('scene.yaml', 'application/yaml', text.encode())
+        head = head_of(scene, self._origin, self._resolve)
+        self._file.add_metadata('bristle_ros.scene', {'yaml': head.yaml})
+        self._file.add_metadata('bristle_ros.machine', head.machine)
+        self._file.add_metadata('bristle_ros.run', head.run)
+        self._file.add_attachment('scene.yaml', 'application/yaml', head.yaml.encode())
         # With this first message in the file, one that was killed at once has a channel to read.
         self._store_message(0, messages.EVENTS, messages.STRING,
                             messages.encode_event('start', 0), time.time_ns())
+        self._latch(SCENE, messages.STRING, head.message)
+        if scene.log.tf:
+            self._latch(messages.DESCRIPTION, messages.STRING,
+                        messages.encode_string(urdf(scene)))
         self._file.flush()
+
+    def _latch(self, topic, type_name, payload):
+        self._file.latch(self._channel(topic, type_name), self._stamp(0), time.time_ns(), payload)

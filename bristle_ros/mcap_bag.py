@@ -30,6 +30,7 @@ class Bag:
         self._compression = compression
         self._first = first
         self._head = []         # what each file begins with: (method of McapFile, arguments)
+        self._latched = []      # messages that each file begins with: arguments of `_put`
         self._channels = []     # arguments of McapFile.channel; their places are our channels
         self._known = {}        # our channel -> the present file's
         self._done = []         # FileCounts of files that were completed
@@ -78,12 +79,22 @@ class Bag:
         first = full or self._split
         if first:
             self._next()
+            for latched, published, content in self._latched:
+                self._put(latched, log_time, published, content)
+        self._put(channel, log_time, publish_time, payload)
+        if first:
+            self._file.flush()  # a file that is killed at once then has a channel to read
+
+    def latch(self, channel, log_time, publish_time, payload):
+        """Add a message to this file and, at the time of their first, to those that follow."""
+        self.add(channel, log_time, publish_time, payload)
+        self._latched.append((channel, publish_time, payload))
+
+    def _put(self, channel, log_time, publish_time, payload):
         if channel not in self._known:
             arguments, keywords = self._channels[channel]
             self._known[channel] = self._file.channel(*arguments, **keywords)
         self._file.add(self._known[channel], log_time, publish_time, payload)
-        if first:
-            self._file.flush()  # a file that is killed at once then has a channel to read
 
     def split(self):
         """Have the next message begin a new file, if this one has any and need not be bare."""

@@ -74,7 +74,8 @@ class McapFile:
         self._tail += size
         self._beside += size
         self._topics[channel] = TopicCount(
-            topic, type_name, metadata.get('topic_type_hash', ''), 0)
+            topic, type_name, metadata.get('topic_type_hash', ''), 0,
+            metadata.get('offered_qos_profiles', ''))
         self._counts[channel] = 0
         return channel
 

@@ -2,17 +2,20 @@
 Reads MCAP files whatever has happened to them: cut off anywhere, or damaged inside.
 
 The readers of the mcap package end with one of many exceptions; this one ends, and says where and
-why. Records: https://mcap.dev/spec.
+why. Records: https://mcap.dev/spec. Files and messages that rosbag2 has compressed are read too.
 """
 from collections.abc import Iterator
 from pathlib import Path
+import os
 import struct
+import tempfile
 from typing import NamedTuple
 import zlib
 
 from .scene import SceneError
 
 MAGIC = b'\x89MCAP0\r\n'
+ZSTD = b'\x28\xb5\x2f\xfd'   # what it compressed begins with; CDR begins with 0, MCAP with 0x89
 LARGEST_CHUNK = 1 << 30     # [B] uncompressed: a mangled size must not take all memory
 
 _HEADER, _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 1, 2, 3, 4, 5, 6
@@ -82,13 +85,28 @@ class McapReader:
         """Yield what is in the file; raises SceneError when it is no MCAP file at all."""
         try:
             with open(self.path, 'rb') as stream:
-                yield from self._read(stream)
+                if stream.read(len(ZSTD)) == ZSTD:
+                    with tempfile.TemporaryFile() as content:
+                        self._decompress(stream, content)
+                        yield from self._read(content)
+                else:
+                    yield from self._read(stream)
         except OSError as error:  # not there, not ours to read, a bad disk
             raise SceneError(f'cannot be read: {(error.strerror or str(error)).lower()}',
                              source=str(self.path)) from None
 
+    def _decompress(self, stream, content):
+        """Unpack rosbag2's file compression, as far as it goes."""
+        import zstandard
+        stream.seek(0)
+        try:
+            zstandard.ZstdDecompressor().copy_stream(stream, content)
+        except zstandard.ZstdError as error:
+            self.damage.append(f'cannot be decompressed to its end: {error}')
+
     def _read(self, stream):
-        size = self.path.stat().st_size
+        size = stream.seek(0, os.SEEK_END)
+        stream.seek(0)
         magic = stream.read(len(MAGIC))
         if magic != MAGIC[:len(magic)]:
             raise SceneError('not an MCAP file; name a .mcap file or a bag directory',
@@ -172,8 +190,10 @@ class McapReader:
         channel, sequence, log_time, publish_time = _message.unpack_from(body)
         if channel not in self._channels:
             raise _Damaged(f'a message of channel {channel}, which is not in the file')
-        return Message(self._channels[channel], sequence, log_time, publish_time,
-                       body[_message.size:])
+        data = body[_message.size:]
+        if data.startswith(ZSTD):   # rosbag2's compression of messages
+            data = _decompress('zstd', data)
+        return Message(self._channels[channel], sequence, log_time, publish_time, data)
 
     def _read_channel(self, body):
         fields = _Fields(body)
@@ -231,11 +251,14 @@ class _Fields:
         return pairs
 
 
-def _decompress(compression, data, size):
-    """Return `size` bytes, or say what is wrong, whatever `data` is."""
-    if size > LARGEST_CHUNK:
-        raise _Damaged(f'a chunk of {size} bytes')
+def _decompress(compression, data, size=None):
+    """Return `size` bytes (None: what zstd states), or say what is wrong, whatever `data` is."""
     try:
+        if size is None:
+            import zstandard
+            size = zstandard.get_frame_parameters(data).content_size
+        if size > LARGEST_CHUNK:
+            raise _Damaged(f'a chunk of {size} bytes')
         if compression == 'zstd':
             import zstandard
             # Its own idea of the size would be allocated before a byte is looked at.

@@ -17,6 +17,11 @@ _DEFINITIONS = {
     'geometry_msgs/TwistStamped': 'std_msgs/Header header\ngeometry_msgs/Twist twist\n',
     'geometry_msgs/Wrench': 'geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n',
     'geometry_msgs/WrenchStamped': 'std_msgs/Header header\ngeometry_msgs/Wrench wrench\n',
+    'geometry_msgs/Transform':
+        'geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n',
+    'geometry_msgs/TransformStamped':
+        'std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n',
+    'tf2_msgs/TFMessage': 'geometry_msgs/TransformStamped[] transforms\n',
     'sensor_msgs/JointState':
         'std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n'
         'float64[] effort\n',
@@ -47,6 +52,8 @@ TYPE_HASHES = {
         'RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e',
     'diagnostic_msgs/msg/DiagnosticArray':
         'RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e',
+    'tf2_msgs/msg/TFMessage':
+        'RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087',
     'rosgraph_msgs/msg/Clock':
         'RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564',
 }

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .message_cdr import CdrReader
 from .snapshot import Snapshot
 
 # Each after the prefix `run.frame_prefix`.
@@ -32,6 +33,8 @@ MARKERS = 'visualization_msgs/msg/MarkerArray'
 TF = 'tf2_msgs/msg/TFMessage'
 
 EVENTS = '~/events'
+TRANSFORMS = '/tf'
+DESCRIPTION = 'robot_description'
 
 _HEADER = b'\x00\x01\x00\x00'  # CDR, little-endian
 
@@ -197,8 +200,8 @@ def encode_command(type_name, values, stamp=0):
 def decode_command(type_name, payload):
     """Return the values of a command that anybody encoded, with any frame_id."""
     if type_name == FLOAT:
-        return _Cdr(payload).float64(1)
-    cdr = _Cdr(payload)
+        return CdrReader(payload).float64(1)
+    cdr = CdrReader(payload)
     if type_name == TWIST_STAMPED:
         cdr.skip(8)
         cdr.string()
@@ -213,7 +216,7 @@ def encode_string(text):
 
 def decode_string(payload):
     """Return the text of a std_msgs/String."""
-    return _Cdr(payload).string()
+    return CdrReader(payload).string()
 
 
 def encode_event(event, step, **details):
@@ -256,7 +259,7 @@ def encode_diagnostics(stamp, statuses):
 
 def decode_diagnostics(payload):
     """Return [(name, dict of key -> text)] of a DiagnosticArray."""
-    cdr = _Cdr(payload)
+    cdr = CdrReader(payload)
     cdr.skip(8)
     cdr.string()
     statuses = []
@@ -268,38 +271,6 @@ def decode_diagnostics(payload):
     return statuses
 
 
-class _Cdr:
-    """A cursor over CDR bytes. Whatever the bytes are, it raises nothing but ValueError."""
-
-    def __init__(self, payload):
-        if len(payload) < 4 or payload[0] != 0 or payload[1] > 1:
-            raise ValueError('not plain CDR')
-        self._order = '<' if payload[1] else '>'
-        self._payload, self._at = payload, 4
-
-    def _take(self, layout, size):
-        self._at += -(self._at - 4) % size
-        try:
-            values = struct.unpack_from(self._order + layout, self._payload, self._at)
-        except struct.error as error:
-            raise ValueError(f'message is too short: {error}') from None
-        self._at += struct.calcsize(self._order + layout)
-        return values
-
-    def skip(self, size):
-        self._at += size
-
-    def count(self):
-        """Return the length of a sequence; one longer than the message is refused."""
-        (length,) = self._take('I', 4)
-        if length > len(self._payload):
-            raise ValueError(f'a sequence of {length} in {len(self._payload)} bytes')
-        return length
-
-    def float64(self, count):
-        return self._take(f'{count}d', 8)
-
-    def string(self):
-        (length,) = self._take('I', 4)
-        (raw,) = self._take(f'{min(length, len(self._payload))}s', 1)
-        return raw.rstrip(b'\x00').decode()
+def decode_stamp(payload):
+    """Return the stamp [ns] of the header that a message begins with."""
+    return CdrReader(payload).stamp()

@@ -9,7 +9,8 @@ import struct
 
 import numpy as np
 
-from .messages import BRUSH_FRAME, MOUNT_FRAME, ROAD_FRAME
+from .message_cdr import CdrReader
+from .messages import BRUSH_FRAME, MOUNT_FRAME, ROAD_FRAME, TF, Topic, TRANSFORMS
 
 TF_MODES = ('all', 'mount', 'none')     # of `run.publish_tf`
 FORCE_SCALE = 0.5       # [m/N] length of the arrows of contact forces,
@@ -61,6 +62,30 @@ def encode_transforms(stamp, prefix, snapshot, mount, mode):
         writer.text(prefix + child)
         writer.put('d', *position, *orientation)
     return bytes(writer.raw)
+
+
+def decode_transforms(payload):
+    """Return translation and rotation of both links of a logged TFMessage, 14 numbers."""
+    cdr, values = CdrReader(payload), []
+    for _ in range(cdr.count()):
+        cdr.stamp()
+        cdr.string()
+        cdr.string()
+        values += cdr.float64(7)
+    if len(values) != 14:
+        raise ValueError(f'{len(values)} numbers, must be 14')
+    return tuple(values)
+
+
+def transforms_topic(prefix='', mount_now=None):
+    """Return the Topic of /tf in logs: both links; `mount_now()` is the mount's Pose."""
+    def encode(snapshot, stamp):
+        return encode_transforms(stamp, prefix, snapshot, mount_now(), 'all')
+
+    fields = tuple(f'transforms[{link}].{name}' for link in range(2) for name in (
+        *(f'transform.translation.{axis}' for axis in 'xyz'),
+        *(f'transform.rotation.{axis}' for axis in 'xyzw')))
+    return Topic(TRANSFORMS, TF, encode, decode_transforms, fields, (3, 4, 3, 4))
 
 
 class Markers:

@@ -6,10 +6,12 @@ from bristle_ros import messages, node_parameters, node_time
 from bristle_ros.driver import Driver
 from bristle_ros.log import Log
 from bristle_ros.node_commands import Commands
+from bristle_ros.node_events import Events
 from bristle_ros.node_topics import Outputs
 from bristle_ros.pacing import PacingThread
 from bristle_ros.scene import steps
 from bristle_ros.simulation import Simulation
+from bristle_ros.simulation_mount import MountPath
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from std_srvs.srv import SetBool, Trigger
@@ -58,7 +60,7 @@ class BrushNode(LifecycleNode):
         self.problem, self.quiet = None, False  # why configuring failed; whether others say so
         self._on_end, self._wall_ns = on_end, wall_ns
         self._driver = self._log = self._outputs = self._pacing = self._last = None
-        self._follower = self._commands = None
+        self._follower = self._commands = self._events = None
         self._servers, self._stopping, self._opening = [], False, threading.Lock()
         self._stepping, self._log_failed, self._late_before = False, False, 0
         self.normal_force, self.torque = [], []     # filled while `watched`
@@ -81,6 +83,7 @@ class BrushNode(LifecycleNode):
         simulation = Simulation(scene)
         sample = steps(scene, scene.run.sample, 'run.sample') if self._log else 0
         self._driver = Driver(simulation, sample=sample, follow=self._follows)
+        self._driver.mount = MountPath(scene)
         if self._stopping:
             return TransitionCallbackReturn.FAILURE
         if self._follows:
@@ -90,6 +93,7 @@ class BrushNode(LifecycleNode):
                 node_parameters.REAL_TIME_FACTOR).value
         with node_parameters.qos_overrides(self):
             self._outputs = Outputs(self, scene, origin)
+            self._events = Events(self)
             self._enter_graph()
         self.get_logger().info(
             f'ready: {scene.brush.bristle_count} bristle(s), step '
@@ -162,7 +166,9 @@ class BrushNode(LifecycleNode):
                 part.destroy()
         if self._outputs:
             self._outputs.destroy(self)
-        self._commands = self._follower = self._outputs = None
+        if self._events:
+            self._events.destroy(self)
+        self._commands = self._follower = self._outputs = self._events = None
         self._driver = self._log = self._last = None
         self._log_failed, self._late_before = False, 0
 
@@ -234,8 +240,9 @@ class BrushNode(LifecycleNode):
         snapshot = self._last = chunk.last
         if self._follows:
             self._keep_origin(chunk)
-        self._outputs.publish(snapshot, driver.simulation, driver.now(), driver.resets,
+        self._outputs.publish(snapshot, driver.simulation, driver.now(), chunk.mount,
                               clock=self._stepping)
+        self._events.tell_all(chunk)
         if self._log and self._log.write(chunk):
             driver.late_chunks += 1  # it waited for the disk
         if self.watched:
@@ -247,6 +254,7 @@ class BrushNode(LifecycleNode):
         origin = self._driver.pace.origin
         if origin != self._outputs.origin:
             self._outputs.origin = origin
+            self._events.tell('clock', chunk.start, origin_ns=origin)
             if self._log:  # where simulation time lies on /clock from here on
                 self._log.event(chunk.start, 'clock', origin_ns=origin)
 

@@ -1,12 +1,14 @@
 """What the node publishes: bytes from messages.py, and only what somebody listens to."""
 from bristle_ros import messages, messages_view
-from bristle_ros.simulation_mount import MountPath
+from bristle_ros.log_head import head_of
+from bristle_ros.messages_scene import SCENE
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
@@ -15,9 +17,19 @@ _TYPES = {messages.WRENCH: WrenchStamped, messages.POSE: PoseStamped,
 _CLOCK_PERIOD = 10_000_000   # [ns] of wall time: 100 Hz, which rclpy subscribers can follow
 
 
-def reliable():
-    """Return a profile for one topic alone: rclpy writes the overrides into what it is given."""
-    return QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+def reliable(depth=10):
+    """
+    Return a profile for one topic alone: rclpy writes the overrides into what it is given.
+
+    Reliable publishers serve best-effort subscribers too; the reverse does not hold.
+    """
+    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def latched():
+    """Return a profile whose last message also those get who come later."""
+    return QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
+                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Outputs:
@@ -27,10 +39,10 @@ class Outputs:
         self._its = scene.solver.integration_time_step
         self.origin = origin    # [ns] of simulation time 0 in stamps; a followed clock moves it
         self._frame_prefix, self._transforms = scene.run.frame_prefix, scene.run.publish_tf
-        self._path = MountPath(scene)
         self._topics = [(self._publisher(node, _TYPES[topic.type], topic.name), topic.encode)
                         for topic in messages.topics(scene.run.frame_prefix)]
-        self._markers = self._publisher(node, MarkerArray, 'bristle_markers')
+        self._markers = self._publisher(node, MarkerArray, 'bristle_markers', depth=1)
+        self._marker_rate, self._markers_due = scene.run.marker_rate, 0
         self._layout = None     # of the markers, made when somebody subscribes
         self._scene = scene
         self._tf = None
@@ -42,11 +54,14 @@ class Outputs:
         # Diagnostics tell of an inactive node too.
         self._diagnostics = node.create_publisher(
             DiagnosticArray, '/diagnostics', reliable(), qos_overriding_options=OVERRIDABLE)
+        # With it a recorder's bag can be used as a log can.
+        self._told_scene = node.create_publisher(String, SCENE, latched())
+        self._told_scene.publish(head_of(scene, origin, node.resolve_topic_name).message)
 
     @staticmethod
-    def _publisher(node, type_, name):
+    def _publisher(node, type_, name, depth=10):
         return node.create_lifecycle_publisher(
-            type_, name, reliable(), qos_overriding_options=OVERRIDABLE)
+            type_, name, reliable(depth), qos_overriding_options=OVERRIDABLE)
 
     def _transform_publisher(self, node):
         try:
@@ -59,7 +74,7 @@ class Outputs:
     def destroy(self, node):
         """Take the publishers out of the graph."""
         for publisher in (*(publisher for publisher, _ in self._topics), self._markers,
-                          self._tf, self._clock, self._diagnostics):
+                          self._tf, self._clock, self._diagnostics, self._told_scene):
             if publisher is not None:
                 node.destroy_lifecycle_publisher(publisher)  # else the node would keep it
 
@@ -67,14 +82,15 @@ class Outputs:
         """Return the stamp [ns] of a total step."""
         return messages.stamp_ns(step, self._its, self.origin)
 
-    def publish(self, snapshot, simulation, now, resets, *, clock=False):
+    def publish(self, snapshot, simulation, now, mount, *, clock=False):
         """
         Publish the state at a chunk's end, once for each chunk.
 
-        simulation : Simulation    in that state, reset `resets` times; what only viewers want is
-                                   asked of it when they are there
-        now [ns] is steady wall time; `clock` sends /clock whenever it was last sent, as single
-        steps want it.
+        simulation : Simulation    in that state; what only viewers want is asked of it when they
+                                   are there
+        mount : Pose               of the mount over the road in that state
+        now [ns] is steady wall time; `clock` sends /clock and markers whenever they were last
+        sent, as single steps want it.
         """
         stamp = self.stamp(snapshot.step)
         if clock or now >= self._clock_due:
@@ -83,12 +99,15 @@ class Outputs:
         for publisher, encode in self._topics:
             if publisher.get_subscription_count():
                 publisher.publish(encode(snapshot, stamp))
-        mount = self._path.follow(simulation, resets)
         # Transforms first: a viewer can place a marker when it has them.
         if self._tf is not None and self._tf.get_subscription_count():
             self._tf.publish(messages_view.encode_transforms(
                 stamp, self._frame_prefix, snapshot, mount, self._transforms))
-        if self._markers.get_subscription_count():
+        if self._marker_rate and (clock or now >= self._markers_due) and (
+                self._markers.get_subscription_count()):
+            period = 1e9 / self._marker_rate
+            in_turn = self._markers_due + period
+            self._markers_due = in_turn if in_turn > now else now + period
             self._layout = self._layout or messages_view.Markers(self._scene)
             self._markers.publish(self._layout.encode(
                 stamp, snapshot, simulation.centreline(), mount))

@@ -15,7 +15,8 @@ def default_output(path):
     """Return where the page of `path` goes: beside it, as a PNG of the same name."""
     path = Path(path).expanduser()
     path = path.resolve() if path.name in ('', '.', '..') else path
-    return path.with_name(f'{path.name if path.is_dir() else path.stem}.png')
+    stem = Path(path.name.removesuffix('.zstd')).stem
+    return path.with_name(f'{path.name if path.is_dir() else stem}.png')
 
 
 def plot(path, output=None, *, begin=0.0, end=math.inf, overwrite=False):
@@ -59,8 +60,8 @@ def main(argv=None):
     """Run the verb; return its exit code."""
     parser = Parser('plot', 'Draws a run to one page: tip path, normal force, brush torque, '
                     'spectrum, timing.')
-    parser.add_argument('log', help='an .mcap file, a bag directory, also one that was cut off, '
-                        'or the .npz or .csv of simulate')
+    parser.add_argument('log', help='an .mcap or .mcap.zstd file, a bag directory, also one '
+                        'that was cut off, or the .npz or .csv of simulate')
     parser.add_argument('--output', metavar='FILE',
                         help='.png, .pdf or .svg (default: NAME.png beside the log)')
     parser.add_argument('--overwrite', action='store_true',

@@ -8,10 +8,12 @@ from . import messages
 from .bag_metadata import PART
 from .log import CONTRACT_NAME
 from .mcap_reader import Attachment, McapReader, Message, Metadata
+from .messages_scene import decode_scene, SCENE
 from .scene import from_parameters, SceneError
 from .scene_yaml import read_file
 
 _OUTPUTS = {topic.name for topic in messages.TOPICS}
+_STAMPED = {topic.type for topic in messages.TOPICS}
 
 
 class Entry(NamedTuple):
@@ -26,8 +28,10 @@ class Recording:
     """
     A log directory or file. Raises SceneError when it cannot be used at all.
 
-    `scene`, `machine` (text -> text) and `origin` [ns] come from its first records. After
-    `entries` has been walked through, `cut` and `damage` (texts) say what is missing.
+    `scene`, `machine` (text -> text) and `origin` [ns] come from its first records, or from the
+    message `~/scene` where `ros2 bag` has copied or recorded the messages alone. `recorded`: it
+    was made by a recorder, whose log times say when messages came. After `entries` has been
+    walked through, `cut` and `damage` (texts) say what is missing.
     """
 
     def __init__(self, path):
@@ -35,6 +39,7 @@ class Recording:
         self.path = Path(path).expanduser()
         self.files = _files(self.path)
         self.cut, self.damage = '', []
+        self.recorded, self._begins = False, True
         self._head = {}
         self._read_head()
 
@@ -45,9 +50,7 @@ class Recording:
         if self._head.get('attachment', text.encode()) != text.encode():
             raise SceneError('its scene is damaged: record and attachment differ',
                              source=str(self.path))
-        source = f'{self.path}: scene'
-        return from_parameters(
-            {entry.key: entry.value for entry in read_file(text.encode(), source)}, source)
+        return scene_of(text, f'{self.path}: scene')
 
     @property
     def machine(self):
@@ -78,6 +81,9 @@ class Recording:
             raise SceneError(
                 f'part {self.part} of a log, without what came before it; name the directory '
                 'of all parts', source=str(self.path))
+        if not self._begins:
+            raise SceneError('does not begin where its run did; name a log of all of it',
+                             source=str(self.path))
         return self
 
     def records(self, between=None) -> Iterator[Message | Metadata | Attachment]:
@@ -113,20 +119,51 @@ class Recording:
 
     def entries(self) -> Iterator[Entry]:
         """Yield the messages in the order in which they were logged."""
-        its, origin = self.integration_time_step, self.origin
+        its, origin, stamp = self.integration_time_step, self.origin, self.origin
         for record in self.records():
             if isinstance(record, Message):
-                yield Entry(name_of(record.channel),
-                            messages.total_step(record.log_time, its, origin), record)
+                if not self.recorded:
+                    stamp = record.log_time
+                elif record.channel.schema in _STAMPED:
+                    stamp = _header_stamp(record, stamp)
+                yield Entry(self.name_of(record.channel),
+                            messages.total_step(stamp, its, origin), record)
+
+    def name_of(self, channel):
+        """Return the topic's name before remapping; a guess where nothing says it."""
+        last = channel.topic.rpartition('/')[2]
+        names = self._head.get('topics') or {channel.topic: last if last in _OUTPUTS else ''}
+        return (channel.metadata.get(CONTRACT_NAME) or names.get(channel.topic)
+                or channel.topic)
 
     def _read_head(self):
         for record in self.records():
             if isinstance(record, Message):
+                if 'scene' not in self._head:
+                    self._read_messages()
                 break
             if isinstance(record, Metadata) and record.name.startswith('bristle_ros.'):
                 self._head[record.name.removeprefix('bristle_ros.')] = record.entries
             elif isinstance(record, Attachment) and record.name == 'scene.yaml':
                 self._head['attachment'] = record.data
+
+    def _read_messages(self):
+        """Find out from the messages what the first records do not say."""
+        begins = output = False
+        for record in self.records():
+            if not isinstance(record, Message):
+                continue
+            type_name, topic = record.channel.schema, record.channel.topic
+            if type_name in _STAMPED and not output:
+                output = True
+                self.recorded = _header_stamp(record, record.log_time) != record.log_time
+            elif type_name == messages.STRING and topic.endswith(SCENE[1:]):
+                self._head |= decode_scene(record.data)
+            elif type_name == messages.STRING and not output:
+                begins |= is_event(Entry('', 0, record), 'start')
+            if output and 'scene' in self._head:
+                break
+        self._begins = begins or self.recorded
 
     def _entry(self, record, key):
         try:
@@ -146,10 +183,18 @@ class Recording:
         return value
 
 
-def name_of(channel):
-    """Return the topic's name before remapping; a guess for logs that others recorded."""
-    last = channel.topic.rpartition('/')[2]
-    return channel.metadata.get(CONTRACT_NAME) or (last if last in _OUTPUTS else channel.topic)
+def _header_stamp(message, default):
+    """Return the stamp [ns] in the header that a message begins with."""
+    try:
+        return messages.decode_stamp(message.data)
+    except ValueError:
+        return default
+
+
+def scene_of(yaml, source):
+    """Return the Scene of a log; raise SceneError, naming `source`."""
+    return from_parameters(
+        {entry.key: entry.value for entry in read_file(yaml.encode(), source)}, source)
 
 
 def read_commands(path):
@@ -196,10 +241,14 @@ def is_event(entry, kind):
 def _files(path):
     """Return the MCAP files of a log in their order."""
     if path.is_dir():
-        files = sorted(path.glob('*.mcap'), key=lambda file: (
-            int((re.search(r'_(\d+)\.mcap$', file.name) or [0, 0])[1]), file.name))
+        found = {file.name.removesuffix('.zstd'): file  # the one that is not compressed is newer
+                 for ending in ('*.mcap.zstd', '*.mcap') for file in path.glob(ending)}
+        files = sorted(found.values(), key=lambda file: (
+            int((re.search(r'_(\d+)\.mcap(\.zstd)?$', file.name) or [0, 0])[1]), file.name))
         if not files:
-            raise SceneError('no .mcap file in it; name a log', source=str(path))
+            other = any(path.glob('*.db3*'))
+            raise SceneError('a bag of SQLite; `ros2 bag convert` makes one of mcap of it' if other
+                             else 'no .mcap file in it; name a log', source=str(path))
         return files
     if not path.exists():
         raise SceneError('no such file or directory; name a log', source=str(path))

@@ -22,8 +22,9 @@ class Recovered(NamedTuple):
 def default_output(path):
     """Return `run1_recovered` for the directory `run1`, `run1_recovered.mcap` for a file."""
     path = Path(path).expanduser()
+    stem = Path(path.name.removesuffix('.zstd')).stem
     return path.with_name(f'{path.name}_recovered' if path.is_dir() else
-                          f'{path.stem}_recovered.mcap')
+                          f'{stem}_recovered.mcap')
 
 
 def recover(path, output=None):

@@ -9,7 +9,8 @@ import time
 from . import messages
 from .cli import Parser
 from .mcap_reader import Message
-from .recording import name_of, read_commands, Recording
+from .messages_scene import SCENE
+from .recording import read_commands, Recording
 from .scene import SceneError
 from .verify import TOLERANCE, verify
 
@@ -18,6 +19,10 @@ __all__ = ['main', 'play', 'read_commands', 'verify']
 _DISCOVERY = 3.5        # [s] that a first subscriber gets to find us; DDS takes 3 s at times,
 _SETTLING = 0.5         # [s] and that others then get
 _NAP = 0.05             # [s] longest sleep between looks at whether to stop
+_SOON = 1_000_000_000   # [ns] in which a log has shown what else it holds beside the outputs
+_BESIDE = {messages.TRANSFORMS: messages.TF, messages.DESCRIPTION: messages.STRING,
+           SCENE: messages.STRING}
+_LATCHED = (messages.DESCRIPTION, SCENE)
 
 
 def play(path, rate=1.0, loop=False, ros_arguments=()):
@@ -56,13 +61,18 @@ class _Player:
         self._recording, self._stopped = recording, stopped
         self._publishers = {}
         outputs = {topic.name: topic.type for topic in messages.TOPICS}
+        found, first = set(), None
         for message in self._messages():
             channel = message.channel
+            first = message.log_time if first is None else first
             if channel.topic not in self._publishers:
-                known = outputs.get(name_of(channel)) == channel.schema
-                self._publishers[channel.topic] = node.create_publisher(
-                    _message_class(channel.schema), channel.topic, 100) if known else None
-            if sum(map(bool, self._publishers.values())) == len(outputs):
+                name = recording.name_of(channel)
+                found.add(name)
+                known = (outputs | _BESIDE).get(name) == channel.schema
+                self._publishers[channel.topic] = (
+                    _publisher(node, channel, name) if known else None)
+            if found >= {*outputs, *_BESIDE} or (
+                    found >= {*outputs} and message.log_time > first + _SOON):
                 break
         self._publishers = {topic: one for topic, one in self._publishers.items() if one}
         if not self._publishers:
@@ -106,9 +116,17 @@ class _Player:
             time.sleep(min(left, _NAP))
 
 
-def _message_class(type_name):
-    package, _, name = type_name.split('/')
-    return getattr(import_module(f'{package}.msg'), name)
+def _publisher(node, channel, name):
+    """Return a publisher of a log's channel, or None where its type is not installed."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    package, _, type_name = channel.schema.split('/')
+    try:
+        type_ = getattr(import_module(f'{package}.msg'), type_name)
+    except ImportError:
+        node.get_logger().info(f'no {channel.topic}: the package {package} is not installed')
+        return None
+    profile = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    return node.create_publisher(type_, channel.topic, profile if name in _LATCHED else 100)
 
 
 def _rate(text):

@@ -114,10 +114,13 @@ class _LogFile:
 
     def __init__(self, path, run, overwrite):
         from bristle_ros.log import Log
+        from bristle_ros.simulation_mount import MountPath
         check_new(path, overwrite=overwrite)
         self._path = path
         self._place = partial(path) if os.path.lexists(path) else path
         self._log = Log(self._place, run.scene, key='--output')
+        if run.scene.log.tf:
+            run.driver.mount = MountPath(run.scene)
         self.kept = None
 
     def __enter__(self):

@@ -169,6 +169,9 @@ class Run(_Section):
     publish_tf: str = choice(
         'all', ('all', 'mount', 'none'), 'transforms on /tf: road to brush_mount to brush, the '
         'first alone (robot_state_publisher gives the second), or none')
+    marker_rate: float = number(
+        20.0, 'Hz', 0.0, math.inf, 'most messages of bristle_markers per second of wall time, '
+        'at chunk ends; 0: none')
     stamped_cmd_vel: bool = switch(True, 'cmd_vel is a TwistStamped; false: a Twist')
     command_timeout: float = number(
         0.0, 's', 0.0, 1e6, 'wall time without cmd_vel after which the sweeper stops; 0: never')
@@ -184,3 +187,4 @@ class Log(_Section):
     compression: str = choice('zstd', ('zstd', 'lz4', 'none'), 'of the log')
     max_size: float = number(
         0.0, 'MB', 0.0, 1e9, 'of a file of the log, before the next is begun; 0: one file')
+    tf: bool = switch(True, 'whether the log has /tf, for each run.chunk, and robot_description')

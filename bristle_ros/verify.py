@@ -4,7 +4,12 @@ from typing import NamedTuple
 
 from . import messages
 from .machine import differences, provenance
-from .recording import is_event, load_tolerance, Recording
+from .messages_scene import decode_scene, SCENE
+from .messages_view import transforms_topic
+from .recorded import in_order
+from .recording import is_event, load_tolerance, Recording, scene_of
+from .simulation_mount import MountPath
+from .urdf import urdf
 
 TOLERANCE = 1e-9        # relative, where other instructions may have been used
 
@@ -36,7 +41,7 @@ def verify(path, simulation_of=None):
         simulation_of = Simulation
     again = _Again(simulation_of(scene), recording, _limits(recording) if elsewhere else None)
     difference = ''
-    for entry in recording.entries():
+    for entry in in_order(recording) if recording.recorded else recording.entries():
         difference = again.follow(entry)
         if difference:
             break
@@ -56,9 +61,12 @@ class _Again:
         self._simulation = simulation
         self._base = -simulation.step       # run step = base + simulation.step
         self._its, self._origin = recording.integration_time_step, recording.origin
+        self._recorded = recording.recorded
         self._limits = limits               # topic -> largest differences allowed; None: no bit
-        self._topics = {topic.name: topic
-                        for topic in messages.topics(recording.scene.run.frame_prefix)}
+        self._scene = scene = recording.scene
+        prefix, path, self._resets = scene.run.frame_prefix, MountPath(scene), 0
+        self._topics = {topic.name: topic for topic in (*messages.topics(prefix), transforms_topic(
+            prefix, lambda: path.follow(simulation, self._resets)))}
         self._snapshot = None
 
     @property
@@ -77,8 +85,15 @@ class _Again:
         try:
             if entry.name in self._topics:
                 return self._goto(entry.step) or self._compare(entry)
+            if entry.name == SCENE:
+                return self._compare_scene(entry)
+            if entry.name == messages.DESCRIPTION:
+                return self._compare_description(entry)
             if entry.name in messages.command_types(True):
                 return self._goto(entry.step) or self._command(entry)
+            if entry.name == messages.EVENTS and (
+                    event := messages.decode_event(entry.message.data)).get('values'):
+                return self._goto(entry.step) or self._apply(event.get('topic'), event['values'])
             if entry.name == messages.EVENTS and is_event(entry, 'reset'):
                 return self._goto(entry.step) or self._reset(entry)
             if entry.name == messages.EVENTS and is_event(entry, 'load'):
@@ -89,7 +104,7 @@ class _Again:
             return f'{self._place(entry)}: the simulation cannot go on, the log does: {error}'
         except CommandRefused as error:
             return f'{self._place(entry)}: the logged command is refused: {error}'
-        except ValueError as error:
+        except (TypeError, ValueError) as error:
             return f'{self._place(entry)}: {error}'
         return ''
 
@@ -105,8 +120,11 @@ class _Again:
         return ''
 
     def _command(self, entry):
-        values = messages.decode_command(entry.message.channel.schema, entry.message.data)
-        self._simulation.command(entry.name, values)
+        return self._apply(entry.name, messages.decode_command(
+            entry.message.channel.schema, entry.message.data))
+
+    def _apply(self, topic, values):
+        self._simulation.command(topic, values)
         self._snapshot = None
         self.applied += 1
         return ''
@@ -114,6 +132,7 @@ class _Again:
     def _reset(self, entry):
         self._simulation.reset()
         self._base = entry.step - self._simulation.step
+        self._resets += 1
         self._snapshot = None
         self.applied += 1
         return ''
@@ -131,11 +150,26 @@ class _Again:
             return ''
         return f'{self._place(entry)}: the log ends because a step failed, which it does not here'
 
+    def _compare_scene(self, entry):
+        self.compared += 1
+        source = f'{entry.message.channel.topic}: scene'
+        yaml = decode_scene(entry.message.data).get('scene', {}).get('yaml', '')
+        same = scene_of(yaml, source) == self._scene
+        return '' if same else f'{self._place(entry)}: not the scene that the log begins with'
+
+    def _compare_description(self, entry):
+        self.compared += 1
+        # It is drawn, not simulated: another version may draw it otherwise.
+        same = self._limits or entry.message.data == messages.encode_string(urdf(self._scene))
+        return '' if same else f'{self._place(entry)}: not what the scene gives'
+
     def _compare(self, entry):
         topic = self._topics[entry.name]
         if self._snapshot is None:
             self._snapshot = self._simulation.snapshot()
-        payload = topic.encode(self._snapshot, entry.message.log_time)
+        stamp = (messages.stamp_ns(entry.step, self._its, self._origin) if self._recorded
+                 else entry.message.log_time)
+        payload = topic.encode(self._snapshot, stamp)
         self.compared += 1
         if payload == entry.message.data:
             return ''
@@ -159,8 +193,8 @@ def _limits(recording):
 
     Relative to the largest that its vector has in the log: in the air a force is round-off alone.
     """
-    topics = {topic.name: topic for topic in messages.TOPICS}
-    limits = {topic.name: [0.0] * len(topic.fields) for topic in messages.TOPICS}
+    topics = {topic.name: topic for topic in (*messages.TOPICS, transforms_topic())}
+    limits = {name: [0.0] * len(topic.fields) for name, topic in topics.items()}
     for entry in recording.entries():
         topic = topics.get(entry.name)
         try:

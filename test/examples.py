@@ -3,6 +3,7 @@ import sys
 
 from bristle_ros.driver import Chunk
 from bristle_ros.scene import from_parameters
+from bristle_ros.simulation_mount import Pose
 from bristle_ros.snapshot import Snapshot
 import numpy as np
 
@@ -24,12 +25,13 @@ SCENE = from_parameters(
     {'brush.bristle_count': 2, 'contact.normal_stiffness': float('inf')}, 'test')
 ITS = SCENE.solver.integration_time_step
 SNAPSHOT = random_snapshot(1)
+POSE = Pose(np.array([1.0, 2.0, 0.3]), np.eye(3), (0.0, 0.0, 0.0, 1.0))
 
 
 def chunk_of(steps, events=(), failure=None):
     """Return a chunk with samples at these steps, all of the same state."""
     samples = tuple(SNAPSHOT._replace(step=step, t=step * ITS) for step in steps)
-    return Chunk(0, max(steps, default=0), samples, SNAPSHOT, tuple(events), failure)
+    return Chunk(0, max(steps, default=0), samples, SNAPSHOT, tuple(events), failure, POSE)
 
 
 def waits_in(thread, function):

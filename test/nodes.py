@@ -9,7 +9,7 @@ import time
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import SetBool
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -81,6 +81,13 @@ class User:
         """Return the list that its messages go to."""
         found = []
         self.node.create_subscription(type_, topic, found.append, QoSProfile(depth=1000))
+        return found
+
+    def listen_late(self, type_, topic):
+        """Return the list that its messages go to, with the last one from before."""
+        found = []
+        self.node.create_subscription(type_, topic, found.append, QoSProfile(
+            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         return found
 
     def came(self, found, wait=0.3):

@@ -19,9 +19,9 @@ LAYERS = [
     ['stepper', 'simulation*'],
     ['budget', 'pace'],
     ['driver'],
-    ['message_types', 'messages*'],
-    ['bag_metadata', 'command_file', 'log', 'mcap_*', 'recording', 'recover', 'replay', 'verify',
-     'offline*', 'sample_file', 'statics*', 'urdf', 'whole_file'],
+    ['message_cdr', 'message_types', 'messages*'],
+    ['bag_metadata', 'command_file', 'log', 'log_head', 'mcap_*', 'recorded', 'recording',
+     'recover', 'replay', 'verify', 'offline*', 'sample_file', 'statics*', 'urdf', 'whole_file'],
     ['bench*'],
     ['report*', 'plot*'],
     ['node*', 'pacing', 'scene_verb', '__main__'],
@@ -30,8 +30,8 @@ LAYERS = [
 ONLY = {
     'physics.*': ['physics.*'],
     'snapshot': [],
-    'messages': ['snapshot', 'message_types'],
-    'messages_*': ['snapshot', 'messages'],
+    'messages': ['snapshot', 'message_cdr', 'message_types'],
+    'messages_*': ['snapshot', 'message_cdr', 'messages'],
     'scene*': ['scene*', 'cli'],
     '__main__': ['__init__', 'interrupt', 'scene_error'],
 }

@@ -45,7 +45,9 @@ def write_example(log, chunks=30):
     log.message(end + 10, '/clock', messages.CLOCK, messages.encode_clock(5))
     return {**{f'/{topic.name}': end + 1 for topic in messages.TOPICS},
             '/cmd_brush_speed': 1, '/cmd_vel': 2, '/cmd_penetration': 1, '/diagnostics': 1,
-            '/clock': 1, '/brush_node/events': 4}  # start, reset, timeout, load
+            '/clock': 1, '/brush_node/scene': 1,
+            '/robot_description': 1, '/tf': chunks + 1,
+            '/brush_node/events': 4}  # start, reset, timeout, load
 
 
 def mcap_of(path):
@@ -133,6 +135,8 @@ def test_layout_is_that_of_rosbag2(tmp_path):
             assert channel.metadata['topic_type_hash'].startswith('RIHS01_')
             (qos,) = yaml.safe_load(channel.metadata['offered_qos_profiles'])
             assert qos['reliability'] == 'reliable'
+            assert (qos['durability'] == 'transient_local') == (
+                channel.topic in ('/brush_node/scene', '/robot_description'))
         (attachment,) = reader.iter_attachments()
         (tmp_path / 'scene.yaml').write_bytes(attachment.data)
         assert load(tmp_path / 'scene.yaml') == SCENE
@@ -148,11 +152,12 @@ def test_times_names_and_order(tmp_path):
         log.write(chunk_of([5, 10], [Event(5, 'command', 'cmd_penetration', (0.03,))]))
     entries = list(Recording(tmp_path / 'a.mcap').entries())
     assert entries[0].message.channel.topic == '/left/brush_node/events'
-    named = [(entry.step, entry.name) for entry in entries[1:]]
+    assert entries[1].message.channel.topic == '/left/brush_node/scene'
+    named = [(entry.step, entry.name) for entry in entries[3:]]
     outputs = [topic.name for topic in messages.TOPICS]
     # The sample at a step is the state that a command at that step found.
     assert named == [*[(5, name) for name in outputs], (5, 'cmd_penetration'),
-                     *[(10, name) for name in outputs]]
+                     *[(10, name) for name in outputs], (10, '/tf')]
     for entry in entries:
         assert entry.message.log_time == 77 + round(entry.step * ITS * 1e9)
         assert before <= entry.message.publish_time <= time.time_ns()
@@ -307,7 +312,7 @@ def test_wherever_the_disk_is_full_the_log_is_complete(tmp_path_factory, limit, 
         log.close()
     entries = list(Recording(path).entries())
     assert mcap_of(path).stat().st_size <= limit
-    assert (log.failed is not None) == (len(entries) < 1 + 200 * (1 + len(messages.TOPICS)))
+    assert (log.failed is not None) == (len(entries) < 3 + 200 * (2 + len(messages.TOPICS)))
     assert sum(read_with_rosbags(path).values()) == len(entries)
     assert asked
 

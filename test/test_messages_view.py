@@ -98,6 +98,19 @@ def test_transform_bytes_are_those_of_rosbags(mode, links, prefix):
         assert 2.0 * np.arctan2(turn.z, turn.w) == pytest.approx(snapshot.theta)
 
 
+def test_logged_transforms_come_back_and_mangled_ones_are_refused():
+    topic = messages_view.transforms_topic('left/', lambda: POSE)
+    payload = topic.encode(random_snapshot(6), STAMP)
+    message = STORE.deserialize_cdr(payload, messages.TF)
+    values = topic.decode(payload)
+    assert len(values) == len(topic.fields) == sum(topic.groups)
+    for field, value in zip(topic.fields, values):
+        assert eval(f'message.{field}', {'message': message}) == value
+    for length in range(4, len(payload) - 4):
+        with pytest.raises(ValueError):     # noqa: PT011
+            topic.decode(payload[:length] + b'\xff' * 4)
+
+
 def rotated(quaternion, vectors):
     """Return the quaternion as a matrix, from its definition: no other formula of ours."""
     x, y, z, w = quaternion

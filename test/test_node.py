@@ -8,7 +8,10 @@ import subprocess
 import sys
 import time
 
-from bristle_ros.messages import decode_event, TF
+from bristle_ros.mcap_file import McapFile
+from bristle_ros.message_types import schema_text
+from bristle_ros.messages import decode_event, decode_string, TF
+from bristle_ros.messages_scene import SCENE as SCENE_TOPIC
 from bristle_ros.recording import Recording
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, WrenchStamped
@@ -19,11 +22,12 @@ import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
-from rclpy.qos import ReliabilityPolicy
+from rclpy.qos import (DurabilityPolicy, qos_profile_sensor_data, QoSProfile,
+                       ReliabilityPolicy)
 from rosbags.typesys import get_typestore, Stores
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, UInt8MultiArray
+from std_msgs.msg import Float64, String, UInt8MultiArray
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
@@ -81,6 +85,8 @@ def test_in_the_loop(scene, user, tmp_path):
         bad.publish(Float64(data=1e308))
         reports = user.listen(DiagnosticArray, '/diagnostics')
         user.until(lambda: reports and told(reports[-1])['refused commands'] == '2', 'refusals')
+        scenes = user.listen_late(String, 'brush_node/scene')
+        user.until(lambda: scenes, 'the scene, said before this subscriber came')
         user.until(lambda: user.came(speeds) and len(effects(log)) == 3, 'the other commands')
         after = len(speeds)
         user.until(lambda: len(speeds) > after + 100, 'the brush going on')
@@ -92,6 +98,8 @@ def test_in_the_loop(scene, user, tmp_path):
     assert heard['contact_wrench'][-1].header.frame_id == 'brush_mount'
     assert [(marker.ns, marker.id) for marker in heard['bristle_markers'][-1].markers] == [
         ('bristles', 0), ('road', 0), ('contact_force', 0), ('contact_force', 1)]
+    [(_, logged_scene)] = samples(log, SCENE_TOPIC)
+    assert scenes[0].data == decode_string(logged_scene)
     assert chunks(speeds)
     assert follow_each_other(log)
     done = run('replay', log, '--verify')
@@ -106,6 +114,89 @@ def test_in_the_loop(scene, user, tmp_path):
     assert sorted(name for _, name in effects(log)) == [
         'cmd_brush_speed', 'cmd_penetration', 'cmd_vel']
     assert all(step % 10 == 0 for step, _ in effects(log)), 'commands take effect at chunk starts'
+
+
+def test_markers_come_at_their_rate_and_with_each_single_step(scene, user):
+    with Brush(scene) as brush:
+        states = user.listen(JointState, 'joint_states')
+        user.until(lambda: len(states) > 20, 'joint_states')
+        began = time.monotonic()
+        markers, looked = user.listen(MarkerArray, 'bristle_markers'), []
+        user.node.create_subscription(
+            MarkerArray, 'bristle_markers', looked.append, qos_profile_sensor_data)
+        user.until(lambda: len(markers) > 20 and looked, 'markers, also for best effort')
+        # However late they arrive: no more were sent than this.
+        assert len(markers) <= 20.0 * (time.monotonic() - began) + 1.0
+        user.pause(states)
+        held = [seconds(states[-1])]
+        for _ in range(3):
+            assert user.call(Trigger, 'brush_node/step').success
+            user.until(lambda: seconds(states[-1]) > held[-1], 'the step')
+            held.append(seconds(states[-1]))
+            user.until(lambda: seconds(markers[-1].markers[0]) == held[-1], 'its markers')
+        assert brush.end()[0] == 0
+
+
+@pytest.mark.parametrize(('rate', 'expected'), [('0', 0), ('.inf', 1)])
+def test_markers_of_no_chunk_and_of_each(scene, user, rate, expected):
+    with Brush(scene, f'run.marker_rate:={rate}') as brush:
+        states = user.listen(JointState, 'joint_states')
+        markers = user.listen(MarkerArray, 'bristle_markers')
+        user.until(lambda: len(states) > 20 and (markers or not expected), 'messages')
+        before = len(markers), len(states)
+        user.until(lambda: len(states) > before[1] + 200, 'a second more')
+        if expected:    # far more than at 20 Hz; some may be lost to a busy subscriber
+            assert len(markers) - before[0] > 100
+            assert {round(seconds(one.markers[0]) / 0.005, 6) % 1.0 for one in markers} == {0.0}
+        else:
+            assert not markers
+        assert brush.end()[0] == 0
+
+
+def test_what_a_recorder_hears_can_be_verified(scene, user, tmp_path):
+    """Every topic as it comes, at the time at which it comes, as `ros2 bag record` stores it."""
+    bag = McapFile(tmp_path / 'bag.mcap')
+    kept = {'brush_node/scene', 'brush_node/events'}
+    heard = []
+
+    def record(topic, type_):
+        latched = DurabilityPolicy.TRANSIENT_LOCAL if topic in kept else DurabilityPolicy.VOLATILE
+        type_name = f'{type_.__module__.partition(".")[0]}/msg/{type_.__name__}'
+        channel = bag.channel(f'/{topic}', type_name, schema_text(type_name).encode(), {})
+
+        def keep(payload):
+            now = time.time_ns()
+            bag.add(channel, now, now, payload)
+            heard.append(topic)
+        user.node.create_subscription(
+            type_, topic, keep, QoSProfile(depth=1000, durability=latched), raw=True)
+
+    with Brush(scene) as brush:
+        states = user.listen(JointState, 'joint_states')
+        user.until(lambda: states, 'the brush, before anybody records')
+        user.publisher(Float64, 'cmd_brush_speed').publish(Float64(data=7.0))
+        user.until(lambda: states[-1].velocity[0] == pytest.approx(7.0), 'the commanded speed')
+        for topic, type_ in {
+                'contact_wrench': WrenchStamped, 'tip_wrench': WrenchStamped,
+                'mount_wrench': WrenchStamped, 'tip_pose': PoseStamped, 'joint_states': JointState,
+                'cmd_vel': TwistStamped, 'brush_node/scene': String,
+                'brush_node/events': String}.items():
+            record(topic, type_)
+        user.until(lambda: kept | {'tip_pose'} <= {*heard}, 'what the recorder wants')
+        velocity = TwistStamped()
+        velocity.twist.linear.x = 0.4
+        user.publisher(TwistStamped, 'cmd_vel').publish(velocity)
+        user.until(lambda: heard.count('brush_node/events') == 3, 'start and two commands')
+        assert user.call(Trigger, 'brush_node/reset').success
+        user.until(lambda: heard.count('brush_node/events') == 4, 'the reset')
+        after = len(heard)
+        user.until(lambda: len(heard) > after + 100, 'the brush going on')
+        assert brush.end()[0] == 0
+    bag.finish()
+    done = run('replay', tmp_path / 'bag.mcap', '--verify')
+    assert (done.returncode, 'identical' in done.stdout) == (0, True), done.stdout + done.stderr
+    assert '3 commands and resets' in done.stdout
+    assert run('plot', tmp_path / 'bag.mcap').returncode == 0
 
 
 def test_pause_step_reset(scene, user):

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 
-from bristle_ros import mcap_file, messages, replay, verify as verify_module
+from bristle_ros import mcap_file, messages, messages_view, replay, verify as verify_module
 from bristle_ros.__main__ import main
 from bristle_ros.driver import Driver, Event
 from bristle_ros.log import Log
@@ -19,11 +19,13 @@ from bristle_ros.mcap_reader import McapReader, Message, Metadata
 from bristle_ros.recording import read_commands, Recording
 from bristle_ros.scene import from_parameters, SceneError
 from bristle_ros.simulation import Simulation, StepFailure
+from bristle_ros.simulation_mount import MountPath
 from bristle_ros.verify import verify
 from hypothesis import given, settings, strategies as st
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosbags.highlevel import AnyReader
 
 SCENE = from_parameters({
@@ -38,12 +40,14 @@ COMMANDS = [Event(50, 'command', 'cmd_brush_speed', (14.0,)),
             Event(200, 'reset'),
             Event(260, 'command', 'cmd_brush_speed', (8.0,))]
 DURATION = 301  # [steps]
+WHOLE = 2 + 5 * 150 + 43    # messages compared: scene, description, samples, /tf of each chunk
 
 
 def run(path, scene=SCENE, events=COMMANDS, duration=DURATION, simulation_of=Simulation, **more):
     """Simulate and log; returns the driver's failure."""
     driver = Driver(simulation_of(scene), sample=2, paced=False)
     driver.schedule(events)
+    driver.mount = MountPath(scene)
     with Log(path, scene, **more) as log:
         while driver.total_step < duration:
             chunk = driver.run_chunk()
@@ -119,9 +123,9 @@ def next_float(value):
 def test_the_log_of_a_run_is_identical(logged, capsys):
     verdict = verify(logged)
     assert verdict.difference == ''
-    assert verdict.compared == 5 * 150
+    assert verdict.compared == WHOLE
     assert verdict.applied == len(COMMANDS)
-    assert (verdict.end, verdict.elsewhere, verdict.cut) == (300 * ITS, [], '')
+    assert (verdict.end, verdict.elsewhere, verdict.cut) == (301 * ITS, [], '')
     for path in (logged, logged / 'run1_0.mcap'):
         assert main(['replay', str(path), '--verify']) == 0
         assert 'identical' in capsys.readouterr().out
@@ -129,7 +133,7 @@ def test_the_log_of_a_run_is_identical(logged, capsys):
 
 def test_the_wall_as_origin_of_time_changes_no_bit(tmp_path):
     run(tmp_path / 'a.mcap', origin=1_790_000_000_123_456_789)
-    assert verify(tmp_path / 'a.mcap')[:3] == ('', 5 * 150, len(COMMANDS))
+    assert verify(tmp_path / 'a.mcap')[:3] == ('', WHOLE, len(COMMANDS))
 
 
 @pytest.mark.parametrize(('topic', 'field'), [
@@ -142,6 +146,25 @@ def test_one_bit_of_one_value_is_found(logged, tmp_path, capsys, topic, field):
     output = capsys.readouterr().out
     assert f'first difference: t = 0.071 s (step 142), {topic}.{field}: log ' in output
     assert 'identical' not in output
+
+
+def test_a_frame_that_is_elsewhere_and_another_description_are_found(logged, tmp_path):
+    def moved(kept):
+        at = [at for at, one in enumerate(kept) if one.channel.topic == '/tf'][20]
+        data = kept[at].data
+        x, *_ = messages_view.decode_transforms(data)
+        place = data.index(struct.pack('<d', x))
+        kept[at] = kept[at]._replace(
+            data=data[:place] + struct.pack('<d', next_float(x)) + data[place + 8:])
+        return kept
+    difference = verify(rewrite(logged, tmp_path / 'a.mcap', [moved])).difference
+    assert '/tf.transforms[0].transform.translation.x: log ' in difference
+
+    def thicker(kept):
+        return [one._replace(data=one.data.replace(b'0.24"', b'0.25"'))
+                if one.channel.topic == '/robot_description' else one for one in kept]
+    difference = verify(rewrite(logged, tmp_path / 'b.mcap', [thicker])).difference
+    assert 'robot_description: not what the scene gives' in difference
 
 
 def test_a_wrong_stamp_and_a_missing_command_are_found(logged, tmp_path):
@@ -172,7 +195,8 @@ def test_another_scene_is_found(logged, tmp_path):
         return record._replace(entries={
             key: value.replace('youngs_modulus: 207000000000.0', 'youngs_modulus: 2.08e11')
             for key, value in record.entries.items()})
-    assert 'step 2' in verify(rewrite(logged, tmp_path / 'a.mcap', stiffer)).difference
+    verdict = verify(rewrite(logged, tmp_path / 'a.mcap', stiffer))
+    assert '~/scene: not the scene that the log begins with' in verdict.difference
 
 
 def test_elsewhere_it_says_so_and_compares_with_a_tolerance(
@@ -207,7 +231,7 @@ def test_a_run_that_failed_fails_again(tmp_path):
     path = tmp_path / 'a.mcap'
     assert run(path, events=COMMANDS[:3], simulation_of=Failing) is not None
     verdict = verify(path, Failing)
-    assert verdict[:3] == ('', 5 * 60, 3)
+    assert verdict[:3] == ('', 2 + 5 * 60 + 18, 3)
     assert 'does not here' in verify(path).difference
     run(tmp_path / 'b.mcap', events=COMMANDS[:3])
     assert 'cannot go on' in verify(tmp_path / 'b.mcap', Failing).difference
@@ -310,6 +334,12 @@ def test_without_ros_publishing_says_what_it_needs(logged):
     assert '--verify' in line
 
 
+# `tf2_msgs` below gives /tf another type.
+LISTENED = {**{topic.name: topic.type for topic in messages.TOPICS},
+            '/tf': 'std_msgs/msg/UInt8MultiArray', 'robot_description': messages.STRING,
+            '~/scene': messages.STRING}
+
+
 @pytest.fixture
 def listener():
     """Yield what arrives on the topics of a log, as bytes, and how to wait for it."""
@@ -320,11 +350,21 @@ def listener():
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
     arrived = {}
-    for topic in messages.TOPICS:
-        package, _, name = topic.type.split('/')
+
+    def keep(topic):
+        found = arrived.setdefault(topic, [])
+        # DDS fills what it carries up to whole words, with zeros.
+        return lambda raw: found.append(raw.rstrip(b'\0') if LISTENED[topic] == messages.STRING
+                                        else raw)
+
+    for topic, type_name in LISTENED.items():
+        package, _, name = type_name.split('/')
+        latched = type_name == messages.STRING
         node.create_subscription(
-            getattr(import_module(f'{package}.msg'), name), topic.name,
-            arrived.setdefault(topic.name, []).append, 1000, raw=True)
+            getattr(import_module(f'{package}.msg'), name), topic.replace('~', 'brush_node'),
+            keep(topic), QoSProfile(
+                depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL if latched
+                else DurabilityPolicy.VOLATILE), raw=True)
 
     def wait(until, limit=LIMIT):
         end = time.monotonic() + limit
@@ -337,25 +377,39 @@ def listener():
     rclpy.try_shutdown(context=context)
 
 
-def start_replay(*arguments):
+@pytest.fixture
+def tf2_msgs(tmp_path):
+    """Stand in for tf2_msgs, which is not on PyPI: another type carries the bytes as they are."""
+    (tmp_path / 'tf2_msgs').mkdir()
+    (tmp_path / 'tf2_msgs/__init__.py').touch()
+    (tmp_path / 'tf2_msgs/msg.py').write_text(
+        'from std_msgs.msg import UInt8MultiArray as TFMessage\n')
+    return tmp_path
+
+
+def start_replay(*arguments, path=()):
     return subprocess.Popen(
         [sys.executable, '-m', 'bristle_ros', 'replay', *map(str, arguments)],
+        env={**os.environ, 'PYTHONPATH': os.pathsep.join(
+            [*map(str, path), os.environ.get('PYTHONPATH', '')])},
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
 
 
 def outputs_of(path):
     """Return topic -> the bytes of its messages."""
-    found = {topic.name: [] for topic in messages.TOPICS}
+    found = {name: [] for name in LISTENED}
     for entry in Recording(path).entries():
         if entry.name in found:
-            found[entry.name].append(entry.message.data)
+            data = entry.message.data
+            found[entry.name].append(
+                data.rstrip(b'\0') if LISTENED[entry.name] == messages.STRING else data)
     return found
 
 
-def test_replay_publishes_the_same_bytes_to_the_end(logged, listener):
+def test_replay_publishes_the_same_bytes_to_the_end(logged, listener, tf2_msgs):
     expected = outputs_of(logged)
-    process = start_replay(logged, '--rate', 0.5)
+    process = start_replay(logged, '--rate', 0.5, path=[tf2_msgs])
     arrived = listener(
         lambda got: all(expected[name][-1] in got[name] for name in got)
         or process.poll() is not None and all(got.values()))
@@ -365,7 +419,7 @@ def test_replay_publishes_the_same_bytes_to_the_end(logged, listener):
         # A subscriber that was found late has missed the first ones, and a slow one others.
         places = [expected[name].index(payload) for payload in payloads]
         assert places == sorted(set(places)), name
-    assert f'published {5 * 150} messages' in output
+    assert f'published {WHOLE} messages' in output
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -380,10 +434,12 @@ def test_replay_in_a_loop_ends_on_a_signal(logged, listener, number):
     steps = [after - before for before, after in itertools.pairwise(places)]
     assert len(places) > 2 * len(expected)
     # A slow subscriber loses some; but each turn gives a message once, and in order.
-    turns = int(re.search(r'published (\d+) messages', output)[1]) // (5 * len(expected))
+    turns = int(re.search(r'published (\d+) messages', output)[1]) // (WHOLE - 43)    # no /tf
     assert 2 <= sum(step <= 0 for step in steps) <= turns
     assert arrived['tip_pose'] == []
-    assert (process.returncode, errors) == (0, '')
+    assert process.returncode == 0
+    (line,) = errors.splitlines()
+    assert 'no /tf: the package tf2_msgs is not installed' in line
 
 
 def test_the_log_of_a_killed_run_is_identical(tmp_path):

@@ -37,10 +37,16 @@ PUBLISHED = {
                     '+z',
     'bristle_markers': 'bristles (lines), road (a plate under the brush) and the contact force at '
                        'each tip that touches (arrows, 0.5 m/N, at most a bristle long); made '
-                       'only while somebody subscribes',
+                       'only while somebody subscribes, `run.marker_rate` times a second',
     '/tf': '`road` to `brush_mount` to `brush`, see `run.publish_tf`; `road` has its origin below '
            "the sweeper's base at the start; made only while somebody subscribes, and only where "
            'tf2_msgs is installed',
+    '~/events': 'JSON, kept for those who come later: start, commands, timeouts, resets and load '
+                'decisions as they took effect, and the failure that ends a run; `event`, `step` '
+                'and a `number` without gaps, `topic` and `values` of commands',
+    '~/scene': 'JSON, kept for those who come later: the scene file, processor and versions, '
+               'step and origin of time, names of topics. With it what `ros2 bag` records or '
+               'converts can be used like a log',
     '/diagnostics': 'each second: real-time factor asked and reached, late chunks, estimated '
                     'error, Newton failures, log backlog, refused commands',
     '/clock': 'simulation time, at most 100 Hz of wall time but at each `~/step`; only with '

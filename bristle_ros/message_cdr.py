@@ -1,0 +1,47 @@
+"""Reads CDR, the bytes of a ROS 2 message, whoever wrote them."""
+import struct
+
+
+class CdrReader:
+    """A cursor over CDR bytes. Whatever the bytes are, it raises nothing but ValueError."""
+
+    def __init__(self, payload):
+        if len(payload) < 4 or payload[0] != 0 or payload[1] > 1:
+            raise ValueError('not plain CDR')
+        self._order = '<' if payload[1] else '>'
+        self._payload, self._at = payload, 4
+
+    def _take(self, layout, size):
+        self._at += -(self._at - 4) % size
+        try:
+            values = struct.unpack_from(self._order + layout, self._payload, self._at)
+        except struct.error as error:
+            raise ValueError(f'message is too short: {error}') from None
+        self._at += struct.calcsize(self._order + layout)
+        return values
+
+    def skip(self, size):
+        """Pass over that many bytes."""
+        self._at += size
+
+    def stamp(self):
+        """Return a time [ns]."""
+        ((sec,), (nanosec,)) = self._take('i', 4), self._take('I', 4)
+        return sec * 1_000_000_000 + nanosec
+
+    def count(self):
+        """Return the length of a sequence; one longer than the message is refused."""
+        (length,) = self._take('I', 4)
+        if length > len(self._payload):
+            raise ValueError(f'a sequence of {length} in {len(self._payload)} bytes')
+        return length
+
+    def float64(self, count):
+        """Return that many numbers."""
+        return self._take(f'{count}d', 8)
+
+    def string(self):
+        """Return a text."""
+        (length,) = self._take('I', 4)
+        (raw,) = self._take(f'{min(length, len(self._payload))}s', 1)
+        return raw.rstrip(b'\x00').decode()
