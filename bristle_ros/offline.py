@@ -169,9 +169,9 @@ def _parse(arguments):
 def main(arguments):
     """Run the verb `simulate`; return its exit code. Raises what bristle_ros.__main__ answers."""
     options = _parse(arguments)
-    if options.overwrite and not options.output:
+    if options.overwrite and options.output is None:
         raise SceneError('does nothing without --output', key='--overwrite')
-    if options.output:
+    if options.output is not None:
         check_output(options.output, overwrite=options.overwrite)
     if options.sample is not None:
         options.overrides.append(f'run.sample:={options.sample!r}')
@@ -181,7 +181,7 @@ def main(arguments):
     try:
         with StopSignals(), ExitStack() as stack:
             sinks = []
-            if options.output:
+            if options.output is not None:
                 arrays = SampleArrays(run)
                 written = stack.enter_context(
                     open_output(options.output, run, arrays, options.overwrite))
@@ -195,7 +195,7 @@ def main(arguments):
         place = f'; {kept} has what came before' if kept else ''
         print(f'simulate: interrupted{place}', file=sys.stderr)
         return code
-    if options.output:
+    if options.output is not None:
         print(f'written: {options.output}')
     if run.failure:
         sys.stdout.flush()
