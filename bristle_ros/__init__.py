@@ -13,10 +13,10 @@ __all__ = ['CommandRefused', 'CompilerRefused', 'SceneError', 'StepFailure', '__
            'build', 'load', 'simulate']
 
 _PLACES = {'load': ('scene', 'load'), 'build': ('simulation', 'Simulation'),
-           'simulate': ('offline', 'simulate'), 'SceneError': ('scene_error', 'SceneError'),
+           'simulate': ('verbs.simulate', 'simulate'), 'SceneError': ('scene', 'SceneError'),
            'StepFailure': ('simulation', 'StepFailure'),
            'CommandRefused': ('simulation', 'CommandRefused'),
-           'CompilerRefused': ('physics.jit', 'CompilerRefused')}
+           'CompilerRefused': ('physics.compiler', 'CompilerRefused')}
 
 
 def __getattr__(name: str) -> object:

@@ -13,21 +13,23 @@ import sys
 if __name__ == '__main__' and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     signal.signal(signal.SIGINT, signal.SIG_DFL)    # until `run` can answer with one line
 
-from . import __version__
-from .interrupt import leave_while_loading
-from .scene_error import SceneError
+from bristle_ros import __version__
+from bristle_ros.command_line import leave_while_loading
+from bristle_ros.scene import SceneError
 
 # Verb: module whose main(arguments) does it, and what it does.
 VERBS = {
-    'brush_node': ('node', 'the ROS 2 node: steps the brush, subscribes, publishes, logs'),
-    'simulate': ('offline', 'run a scene as fast as it goes and write what happened'),
-    'static': ('statics', "a scene's static equilibrium"),
-    'replay': ('replay', 'publish a log again, or verify it by simulating it again'),
-    'recover': ('recover', 'make a complete log out of one that was cut off'),
-    'plot': ('plot', 'draw a log, or the arrays of simulate, to one page of figures'),
-    'report': ('report', 'accuracy against run time, stability, cost of each feature: a page'),
-    'bench': ('bench', "a scene's run times, as JSON"),
-    'scene': ('scene_verb', 'list every key of a scene, or check a scene file'),
+    'brush_node': ('node.brush_node',
+                   'the ROS 2 node: steps the brush, subscribes, publishes, logs'),
+    'simulate': ('verbs.simulate', 'run a scene as fast as it goes and write what happened'),
+    'static': ('verbs.static', "a scene's static equilibrium"),
+    'replay': ('verbs.replay', 'publish a log again, or verify it by simulating it again'),
+    'recover': ('verbs.recover', 'make a complete log out of one that was cut off'),
+    'plot': ('plot.main', 'draw a log, or the arrays of simulate, to one page of figures'),
+    'report': ('report.main',
+               'accuracy against run time, stability, cost of each feature: a page'),
+    'bench': ('verbs.bench', "a scene's run times, as JSON"),
+    'scene': ('verbs.scene', 'list every key of a scene, or check a scene file'),
 }
 DONE, CHECK_FAILED, UNUSABLE_INPUT, COULD_NOT_GO_ON = 0, 1, 2, 3
 INTERRUPTED = 130  # what shells give for SIGINT

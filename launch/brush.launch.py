@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from bristle_ros.scene import from_arguments, load
-from bristle_ros.urdf import urdf
+from bristle_ros.messages import robot_description
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
@@ -67,7 +67,7 @@ def _state_publisher(value, truth, scene, changes):
     return Node(
         package='robot_state_publisher', executable='robot_state_publisher',
         namespace=value['namespace'], output='screen', parameters=[{
-            'robot_description': ParameterValue(urdf(described), value_type=str),
+            'robot_description': ParameterValue(robot_description(described), value_type=str),
             'frame_prefix': ParameterValue(value['frame_prefix'], value_type=str),
             'use_sim_time': truth['use_sim_time']}])
 

@@ -1,10 +1,10 @@
 """Samples made up for tests of messages and logs, and the chunks that hold them."""
 import sys
 
-from bristle_ros.driver import Chunk
-from bristle_ros.scene import from_parameters
-from bristle_ros.simulation_mount import Pose
-from bristle_ros.snapshot import Snapshot
+from bristle_ros.realtime.driver import Chunk
+from bristle_ros.scene.scene import from_parameters
+from bristle_ros.simulation.mount_path import Pose
+from bristle_ros.simulation.snapshot import Snapshot
 import numpy as np
 
 

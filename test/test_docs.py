@@ -10,7 +10,7 @@ import subprocess
 import sys
 
 from bristle_ros import __main__ as command_line
-from bristle_ros.scene import keys, load
+from bristle_ros.scene.scene import keys, load
 import pytest
 import yaml
 

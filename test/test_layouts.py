@@ -6,9 +6,9 @@ from pathlib import Path
 import re
 from xml.etree import ElementTree
 
-from bristle_ros import messages
-from bristle_ros.scene import from_parameters, keys, load
-from bristle_ros.urdf import urdf
+from bristle_ros.messages import encode as messages
+from bristle_ros.messages import robot_description
+from bristle_ros.scene.scene import from_parameters, keys, load
 from examples import random_snapshot
 import numpy as np
 import pytest
@@ -83,10 +83,11 @@ def test_plotjuggler():
 
 def test_urdf():
     text = (ROOT / 'urdf/brush.urdf').read_text()
-    assert text == urdf(load(ROOT / 'config/cutting_brush.yaml')), 'made of the default scene'
+    default = load(ROOT / 'config/cutting_brush.yaml')
+    assert text == robot_description(default), 'made of the default scene'
     scene = from_parameters({'brush.mount_radius': 0.0, 'brush.mount_angle': 0.6,
                              'bristle.length': 0.3}, 'test')
-    for robot in (ElementTree.fromstring(text), ElementTree.fromstring(urdf(scene))):
+    for robot in (ElementTree.fromstring(text), ElementTree.fromstring(robot_description(scene))):
         [joint] = robot.findall('joint')
         assert (joint.get('name'), joint.get('type')) == (messages.JOINT, 'continuous')
         assert joint.find('parent').get('link') == messages.MOUNT_FRAME

@@ -7,9 +7,8 @@ import subprocess
 import sys
 from xml.etree import ElementTree
 
-from bristle_ros import __main__ as command_line
-from bristle_ros import __version__
-from bristle_ros.scene import load
+from bristle_ros import __main__ as command_line, __version__
+from bristle_ros.scene.scene import load
 import pytest
 
 VERBS = sorted(set(command_line.VERBS) - {'scene'})

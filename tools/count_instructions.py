@@ -17,7 +17,7 @@ sys.path.insert(0, str(ROOT))
 
 from bristle_ros.report.features import CHANGES  # noqa: E402
 from bristle_ros.report.work_precision import scene_of  # noqa: E402
-from bristle_ros.simulation import Simulation  # noqa: E402
+from bristle_ros.simulation.simulation import Simulation  # noqa: E402
 import llvmlite.binding  # noqa: E402
 
 STEPS = 1000

@@ -15,10 +15,10 @@ sys.path.insert(0, str(ROOT))
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
 
 from bristle_ros.__main__ import VERBS  # noqa: E402
-from bristle_ros.messages import TF  # noqa: E402
-from bristle_ros.scene import from_parameters, keys  # noqa: E402
-from bristle_ros.scene_error import spell  # noqa: E402
-from bristle_ros.snapshot import NPZ_ARRAYS  # noqa: E402
+from bristle_ros.messages.encode import TF  # noqa: E402
+from bristle_ros.scene.scene import from_parameters, keys  # noqa: E402
+from bristle_ros.scene.error import spell  # noqa: E402
+from bristle_ros.simulation.snapshot import NPZ_ARRAYS  # noqa: E402
 
 HEAD = """# Reference
 
@@ -78,8 +78,8 @@ ARRAYS = {
     'contact_force': ('n, B, 3', 'N', 'road on tip in road axes, mean over the last step; z is '
                       'normal'),
     'contact_impulse': ('n, B, 3', 'N s', 'its sum since t = 0'),
-    'mount_force': ('n, B, 3', 'N', 'wire on board in brush axes; with a clamp on a polygon (`solver.time_step`) its damping '
-                    'is the mean over the step'),
+    'mount_force': ('n, B, 3', 'N', 'wire on board in brush axes; with a clamp on a polygon '
+                    '(`solver.time_step`) its damping is the mean over the step'),
     'mount_moment': ('n, B, 3', 'N m', "the same, about the wire's clamp"),
     'mount_damping_force': ('n, B, 3', 'N', 'its part from `damping.stiffness`, x along the '
                             'radius of that bristle'),
@@ -119,7 +119,7 @@ def with_meaning(names, meanings, what):
 
 def graph():
     """Bring a node up; return its published, subscribed and served names with their types."""
-    from bristle_ros.node_lifecycle import BrushNode
+    from bristle_ros.node.lifecycle import BrushNode
     import rclpy
     rclpy.init(args=['--ros-args', '-r', '__ns:=/ns', '--log-level', 'warn'])
     scene = from_parameters({'run.publish_clock': True, 'contact.enabled': False,

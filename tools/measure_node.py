@@ -21,7 +21,7 @@ import time
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from bristle_ros.recording import Recording  # noqa: E402
+from bristle_ros.log.recording import Recording  # noqa: E402
 from geometry_msgs.msg import WrenchStamped  # noqa: E402
 from lifecycle_msgs.msg import Transition  # noqa: E402
 from lifecycle_msgs.srv import ChangeState  # noqa: E402
@@ -141,7 +141,7 @@ def latency(options):
 
 def effects(log):
     """Return (simulation time [ns], speed) of each command in a log."""
-    from bristle_ros.messages import decode_command
+    from bristle_ros.messages.encode import decode_command
     return [(entry.message.log_time, decode_command(entry.message.channel.schema,
                                                     entry.message.data)[0])
             for entry in Recording(log).entries() if entry.name == 'cmd_brush_speed']

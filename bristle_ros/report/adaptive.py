@@ -1,9 +1,10 @@
 """Adaptive steps against fixed ones, from those rows of work_precision.py that sweep both."""
 import math
 
-from bristle_ros.report.page import new_figure
-from bristle_ros.report.work_precision import SWEPT
 import numpy as np
+
+from .page import new_figure
+from .work_precision import SWEPT
 
 MEASURES = {'tip_error_percent': 'error of the tip path [%]',
             'impulse_error_percent': 'error of the impulse per 5 ms [%]'}

@@ -9,11 +9,12 @@ has anything to do with the global error, which a run accumulates.
 import math
 from typing import NamedTuple
 
-from bristle_ros.physics.layout import LANES, MASS, ROWS, X
-from bristle_ros.physics.tip import LEVEL, MATRIX_STEP, OPEN, STATE
-from bristle_ros.report.page import new_figure
-from bristle_ros.report.work_precision import scene_of
+from bristle_ros.physics.contact import LEVEL, MATRIX_STEP, OPEN, STATE
+from bristle_ros.physics.wire import LANES, MASS, ROWS, X
 import numpy as np
+
+from .page import new_figure
+from .work_precision import scene_of
 
 PARTS = 64      # fine steps that stand for the exact one
 BAND = 3.0      # the factor within which an estimate serves to choose a step

@@ -2,9 +2,10 @@
 from dataclasses import replace
 import math
 
-from bristle_ros.bench import measure
-from bristle_ros.report.page import new_figure
-from bristle_ros.report.work_precision import scene_of
+from bristle_ros.verbs import measure
+
+from .page import new_figure
+from .work_precision import scene_of
 
 
 def _set(section, **values):

@@ -1,11 +1,13 @@
 """The sections of the report: each measures, and puts its tables and figures on the page."""
 import os
 
-from bristle_ros.report import (adaptive, campaign, campaign_cases, campaign_map, claims,
-                                estimate as single_steps, features, modes, paper_claims,
-                                peers as others, step_profile, work_precision)
-from bristle_ros.report.runs import one_core
+from bristle_ros.report.paper import claims, experiments as paper_claims, modes
+from bristle_ros.report.peers import comparison as others
+from bristle_ros.report.stability import campaign, cases as campaign_cases, map as campaign_map
 from bristle_ros.scene import from_parameters
+
+from . import adaptive, estimate as single_steps, features, step_profile, work_precision
+from .runs import one_core
 
 
 def _compile(page, progress):

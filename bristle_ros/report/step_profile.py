@@ -1,16 +1,14 @@
 """Where a step's time goes: each kernel timed by itself, times how often a step calls it."""
-from bristle_ros.bench import best_of, measure
-from bristle_ros.model import new_scratch, viscosity_of
-from bristle_ros.physics.beam import internal_forces
-from bristle_ros.physics.chain import eliminate, factorise, substitute
-from bristle_ros.physics.damping import accept_damping, predict_damping, strains
-from bristle_ros.physics.frame import CLAMP, SPIN, SPIN_RATE
-from bristle_ros.physics.layout import LANES, R, ROWS, tip_lane
-from bristle_ros.physics.loads import accept_step, begin_step, local_error, residual
-from bristle_ros.physics.mixed import add_excess, update_section_forces
-from bristle_ros.physics.newton import FACTORISATIONS, move_nodes, NEWTON
-from bristle_ros.physics.stepping import own_frame
-from bristle_ros.report.work_precision import scene_of
+from bristle_ros.physics.motion import CLAMP, SPIN, SPIN_RATE
+from bristle_ros.physics.step import FACTORISATIONS, move_nodes, NEWTON, own_frame
+from bristle_ros.physics.wire import (accept_damping, accept_step, add_excess, begin_step,
+                                      eliminate, factorise, internal_forces, LANES, local_error,
+                                      predict_damping, R, residual, ROWS, strains, substitute,
+                                      tip_lane, update_section_forces)
+from bristle_ros.simulation import new_scratch, viscosity_of
+from bristle_ros.verbs import best_of, measure
+
+from .work_precision import scene_of
 
 CALLS = 300
 TURNS = 40      # of so many the best

@@ -8,10 +8,11 @@ contact it is that of the tip path; with contact also that of the normal impulse
 import math
 from typing import NamedTuple
 
-from bristle_ros.report.page import new_figure, whole_decades
-from bristle_ros.report.peer_scenes import our_scene, RPM
-from bristle_ros.report.runs import impulse_error, run, tip_error
+from bristle_ros.report.peers.scenes import our_scene, RPM
 from bristle_ros.scene import Contact, Damping, Drive, Road, Run, Scene, Solver
+
+from .page import new_figure, whole_decades
+from .runs import impulse_error, run, tip_error
 
 STYLES = {      # family: colour and marker, the same in every diagram
     'step': ('#1f77b4', 'o'), 'elements': ('#2ca02c', 's'), 'integrator': ('#ff7f0e', '^'),

@@ -21,7 +21,7 @@ if __name__ == '__main__':
     sys.path[:0] = [str(ROOT)]
 
 from bristle_ros.__main__ import main as command_line  # noqa: E402
-from bristle_ros.scene import keys  # noqa: E402
+from bristle_ros.scene.scene import keys  # noqa: E402
 
 SMALL = (ROOT / 'test/small_brush.yaml').read_text()
 SENSELESS = ('nan', 'inf', '-inf', '-1', '0', '1e400', 'two', '', '1e30', '0x10')

@@ -13,9 +13,8 @@ import subprocess
 import sys
 import time
 
-from bristle_ros.recording import Recording
-from promises import (Brush, count_of, killed, peer, Process, promise, ROOT, same, SCENE,
-                      whole)
+from bristle_ros.log.recording import Recording
+from promises import Brush, count_of, killed, peer, Process, promise, ROOT, same, SCENE, whole
 
 CHUNK = 5_000_000   # [ns]
 ON = 400        # [steps] that a brush which goes on is waited for: a busy machine may be slow

@@ -8,8 +8,9 @@ import atheris
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 with atheris.instrument_imports(include=['bristle_ros']):
-    from bristle_ros import mcap_reader, recording, recover
-    from bristle_ros.scene_error import SceneError
+    from bristle_ros.log import reader as mcap_reader, recording
+    from bristle_ros.verbs import recover
+    from bristle_ros.scene.error import SceneError
 
 PLACE = Path(tempfile.mkdtemp(prefix='fuzz_'))
 

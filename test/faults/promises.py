@@ -9,9 +9,9 @@ import subprocess
 import sys
 import time
 
-from bristle_ros.recording import Recording
-from bristle_ros.recover import recover
-from bristle_ros.verify import verify
+from bristle_ros.log.recording import Recording
+from bristle_ros.verbs.recover import recover
+from bristle_ros.verbs.verify import verify
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader

@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 
-from bristle_ros.log import Log
+from bristle_ros.log.writer import Log
 import pytest
 
 HERE = Path(__file__).resolve().parent

@@ -1,12 +1,13 @@
 """Beams made node by node, and what the kernels say about them, in plain arrays."""
-from bristle_ros.model import build_model, build_state, new_scratch
-from bristle_ros.physics import layout
-from bristle_ros.physics.beam import internal_forces, stiffness
-from bristle_ros.physics.chain import MIDS, RECORD
-from bristle_ros.physics.equilibrium import settle
-from bristle_ros.physics.frame import CLAMP, FRAME
-from bristle_ros.physics.tip import TIP
-from bristle_ros.scene import Bristle, Brush, Contact, Damping, Drive, Scene, Solver
+from bristle_ros.physics.contact.tip import TIP
+from bristle_ros.physics.motion.frame import CLAMP, FRAME
+from bristle_ros.physics.step.equilibrium import settle
+from bristle_ros.physics.wire import layout
+from bristle_ros.physics.wire.beam import internal_forces, stiffness
+from bristle_ros.physics.wire.chain import MIDS, RECORD
+from bristle_ros.scene.scene import Scene
+from bristle_ros.scene.sections import Bristle, Brush, Contact, Damping, Drive, Solver
+from bristle_ros.simulation.model import build_model, build_state, new_scratch
 import numpy as np
 
 

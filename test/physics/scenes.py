@@ -4,12 +4,13 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
-from bristle_ros.physics.energy import INJECTED
-from bristle_ros.physics.newton import SUBSTEPS
-from bristle_ros.physics.tip import GAP
-from bristle_ros.scene import (Brush, Contact, Damping, Drive, Friction, Road, Scene, Solver,
-                               Sweeper)
-from bristle_ros.simulation import Simulation
+from bristle_ros.physics.contact.tip import GAP
+from bristle_ros.physics.step.energy import INJECTED
+from bristle_ros.physics.step.newton import SUBSTEPS
+from bristle_ros.scene.scene import Scene
+from bristle_ros.scene.sections import (Brush, Contact, Damping, Drive, Friction, Road, Solver,
+                                        Sweeper)
+from bristle_ros.simulation.simulation import Simulation
 import numpy as np
 
 REFERENCE = Path(__file__).resolve().parent.parent / 'reference'

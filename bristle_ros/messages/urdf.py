@@ -1,0 +1,55 @@
+"""A scene's brush for robot_state_publisher: the board and some of its wires, undeformed."""
+from math import cos, pi, sin
+from xml.etree import ElementTree
+
+from .encode import BRUSH_FRAME, JOINT, MOUNT_FRAME
+
+WIRES = 12              # drawn; a brush has more
+BOARD_THICKNESS = 0.02  # [m]
+
+
+def robot_description(scene):
+    """
+    Return the URDF of a scene's brush: `brush_mount`, and `brush` that `brush_joint` turns.
+
+    Lengths in m. Frames have no prefix: robot_state_publisher has a parameter for it.
+    """
+    bristle, brush = scene.bristle, scene.brush
+    robot = ElementTree.Element('robot', name='brush')
+    mount = ElementTree.SubElement(robot, 'link', name=MOUNT_FRAME)
+    _visual(mount, (0.0, 0.0, 1.5 * BOARD_THICKNESS), (0.0, 0.0, 0.0), 'grey', 'cylinder',
+            radius=0.25 * max(brush.mount_radius, 0.02), length=2.0 * BOARD_THICKNESS)
+    turning = ElementTree.SubElement(robot, 'link', name=BRUSH_FRAME)
+    _visual(turning, (0.0, 0.0, 0.5 * BOARD_THICKNESS), (0.0, 0.0, 0.0), 'grey', 'cylinder',
+            radius=max(brush.mount_radius, 0.02), length=BOARD_THICKNESS)
+    out, down = sin(brush.mount_angle), cos(brush.mount_angle)
+    reach = brush.mount_radius + 0.5 * bristle.length * out
+    for wire in range(WIRES):
+        azimuth = 2.0 * pi * wire / WIRES
+        middle = reach * cos(azimuth), reach * sin(azimuth), -0.5 * bristle.length * down
+        _visual(turning, middle,
+                (0.0, -brush.mount_angle, azimuth), 'wire', 'box',
+                size=_numbers((max(bristle.width, 1e-3), max(bristle.breadth, 1e-3),
+                               bristle.length)))
+    joint = ElementTree.SubElement(robot, 'joint', name=JOINT, type='continuous')
+    ElementTree.SubElement(joint, 'parent', link=MOUNT_FRAME)
+    ElementTree.SubElement(joint, 'child', link=BRUSH_FRAME)
+    ElementTree.SubElement(joint, 'axis', xyz='0 0 1')
+    for name, rgba in (('grey', '0.4 0.4 0.4 1'), ('wire', '0.6 0.6 0.7 0.4')):
+        ElementTree.SubElement(ElementTree.SubElement(robot, 'material', name=name), 'color',
+                               rgba=rgba)
+    ElementTree.indent(robot)
+    return ElementTree.tostring(robot, encoding='unicode') + '\n'
+
+
+def _visual(link, position, turn, material, shape, **sizes):
+    visual = ElementTree.SubElement(link, 'visual')
+    ElementTree.SubElement(visual, 'origin', xyz=_numbers(position), rpy=_numbers(turn))
+    ElementTree.SubElement(ElementTree.SubElement(visual, 'geometry'), shape, {
+        name: value if isinstance(value, str) else f'{value:.6g}'
+        for name, value in sizes.items()})
+    ElementTree.SubElement(visual, 'material', name=material)
+
+
+def _numbers(values):
+    return ' '.join(f'{round(value, 9):.6g}' for value in values)

@@ -1,0 +1,5 @@
+"""How kernels are compiled: flags, the cache and its key, vectors, the shared queue."""
+# flake8: noqa: F401  what other rooms may use
+from .jit import CompilerRefused, inlined, jit
+from .lanes import load4, load8, splat4, store4, store8, with_first4
+from .work_queue import take

@@ -1,0 +1,215 @@
+"""The tip record of a bristle, and the contact problem seen from the chain's last block."""
+from bristle_ros.physics.compiler import jit
+from bristle_ros.physics.motion import HEIGHT, HEIGHT_RATE, ROTATION, SPIN, VELOCITY
+from bristle_ros.physics.wire import CORNER, HA, HV, INVERSE, LANES, MASS, Q, V0, X, X0
+
+from .bracket import solve_contact
+from .law import OPEN, STICK, UNSOLVED
+
+# tip record
+FORCE = 0           # 3  on the tip, mean over the last step, road axes [N]
+STATE = 3           # 1  OPEN, SLIP or STICK
+GAP = 4             # 1  at the end of the last step [m]
+IMPULSE = 5         # 3  since the start [N s]
+SLIP_MOVED = 8      # 3  over the last step: slip, slip and change of the gap [m]
+STEP = 11           # 1  length of the last step [s]; 0 before the first
+MATRIX_STEP = 12    # 1  length of the step that the factorised matrix is for; 0: none
+CONTRACTION = 13    # 1  what Newton's second correction is of the first one, last seen
+LEVEL = 14          # 1  of subdivision that the next step starts with
+ESTIMATE = 15       # 1  local error estimate of the last step [m]
+TREND = 16          # 1  part of its last change that A is expected to change by again
+USUAL = 17          # 1  iterations of the first step with the present matrix; 0: none yet
+EXTRA = 18          # 1  iterations beyond those in the steps since
+TIP = 19
+
+
+@jit
+def rotate(a, at, x, y, z):
+    """Return the row-major 3 x 3 matrix at a[at:] times (x, y, z)."""
+    return (a[at] * x + a[at + 1] * y + a[at + 2] * z,
+            a[at + 3] * x + a[at + 4] * y + a[at + 5] * z,
+            a[at + 6] * x + a[at + 7] * y + a[at + 8] * z)
+
+
+@jit
+def rotate_back(a, at, x, y, z):
+    """Return the transpose of the matrix at a[at:] times (x, y, z)."""
+    return (a[at] * x + a[at + 3] * y + a[at + 6] * z,
+            a[at + 1] * x + a[at + 4] * y + a[at + 7] * z,
+            a[at + 2] * x + a[at + 5] * y + a[at + 8] * z)
+
+
+@jit
+def push(s, j, lane, ca, drift, h, f1, f2, f3):
+    """Add the change of the contact force (brush axes) to the tip's histories."""
+    inverse = 1.0 / s[j, MASS * LANES + lane]
+    by_a = 0.5 * ca * h * h * inverse
+    by_v = drift * inverse
+    s[j, HA * LANES + lane] += by_a * f1
+    s[j, (HA + 1) * LANES + lane] += by_a * f2
+    s[j, (HA + 2) * LANES + lane] += by_a * f3
+    s[j, HV * LANES + lane] += by_v * f1
+    s[j, (HV + 1) * LANES + lane] += by_v * f2
+    s[j, (HV + 2) * LANES + lane] += by_v * f3
+
+
+@jit
+def begin_contact(s, j, lane, ca, drift, h, middle, tip):
+    """Let the last step's contact force act in the prediction: in steady contact it stays."""
+    if tip[STATE] != OPEN:
+        f1, f2, f3 = rotate_back(middle, ROTATION, tip[FORCE], tip[FORCE + 1], tip[FORCE + 2])
+        push(s, j, lane, ca, drift, h, f1, f2, f3)
+        scale = 0.5 * h * h / s[j, MASS * LANES + lane]
+        s[j, X * LANES + lane] += scale * f1
+        s[j, (X + 1) * LANES + lane] += scale * f2
+        s[j, (X + 2) * LANES + lane] += scale * f3
+
+
+@jit
+def contact_correction(s, j, lane, chain, e, law, h, ca, drift, gain, start, middle, end, tip,
+                       scratch):
+    """
+    Solve the contact problem in the tip's compliance and add the force's change to the last block.
+
+    Returns whether it could be solved; if not, the force stays as it was.
+
+    s, j, lane : the bristle, block and lane of the tip
+    chain, e : records, after `eliminate`, and the last element
+    gain : float               residual per unit of contact force, ca h^2 / 2 - alpha_D drift
+    start, middle, end : (FRAME,)   frame records of the step
+    scratch : (5, 3)           compliance, base and force
+    The tip's prediction and compliance are exact for the linearised chain, the rotations those of
+    the step's end (for displacements) and middle (for the force).
+    """
+    q0, q1, q2, q3 = (s[j, Q * LANES + lane], s[j, (Q + 1) * LANES + lane],
+                      s[j, (Q + 2) * LANES + lane], s[j, (Q + 3) * LANES + lane])
+    axes = ((1.0 - 2.0 * (q2 * q2 + q3 * q3), 2.0 * (q1 * q2 - q0 * q3),
+             2.0 * (q1 * q3 + q0 * q2)),
+            (2.0 * (q1 * q2 + q0 * q3), 1.0 - 2.0 * (q1 * q1 + q3 * q3),
+             2.0 * (q2 * q3 - q0 * q1)),
+            (2.0 * (q1 * q3 - q0 * q2), 2.0 * (q2 * q3 + q0 * q1),
+             1.0 - 2.0 * (q1 * q1 + q2 * q2)))
+    u = scratch[3]
+    for i in range(3):
+        total = 0.0
+        for k in range(6):
+            total += chain[e, INVERSE + 8 * k + i] * chain[e, CORNER + k]
+        u[i] = total
+    x1 = s[j, X * LANES + lane] + axes[0][0] * u[0] + axes[0][1] * u[1] + axes[0][2] * u[2]
+    x2 = s[j, (X + 1) * LANES + lane] + axes[1][0] * u[0] + axes[1][1] * u[1] + axes[1][2] * u[2]
+    x3 = s[j, (X + 2) * LANES + lane] + axes[2][0] * u[0] + axes[2][1] * u[1] + axes[2][2] * u[2]
+    p1, p2, p3 = rotate(end, ROTATION, x1, x2, x3)
+    o1, o2, o3 = rotate(start, ROTATION, s[j, X0 * LANES + lane], s[j, (X0 + 1) * LANES + lane],
+                        s[j, (X0 + 2) * LANES + lane])
+    gap0 = o3 + start[HEIGHT]
+    moved1 = p1 - o1 + h * middle[VELOCITY]
+    moved2 = p2 - o2 + h * middle[VELOCITY + 1]
+    gap1 = p3 + end[HEIGHT]
+    g1, g2, g3 = tip[FORCE], tip[FORCE + 1], tip[FORCE + 2]
+    if g3 == 0.0 and gap0 >= 0.0 and gap1 >= 0.0:   # the road is out of reach
+        tip[STATE] = OPEN
+        tip[GAP] = gap1
+        tip[SLIP_MOVED], tip[SLIP_MOVED + 1], tip[SLIP_MOVED + 2] = moved1, moved2, gap1 - gap0
+        return True
+    w = scratch[:3]
+    for col in range(3):
+        # unit force along road axis `col` -> section axes -> displacement -> road axes
+        f1 = middle[ROTATION + 3 * col]
+        f2 = middle[ROTATION + 3 * col + 1]
+        f3 = middle[ROTATION + 3 * col + 2]
+        s1 = gain * (axes[0][0] * f1 + axes[1][0] * f2 + axes[2][0] * f3)
+        s2 = gain * (axes[0][1] * f1 + axes[1][1] * f2 + axes[2][1] * f3)
+        s3 = gain * (axes[0][2] * f1 + axes[1][2] * f2 + axes[2][2] * f3)
+        d1 = chain[e, INVERSE] * s1 + chain[e, INVERSE + 8] * s2 + chain[e, INVERSE + 16] * s3
+        d2 = chain[e, INVERSE + 1] * s1 + chain[e, INVERSE + 9] * s2 + chain[e, INVERSE + 17] * s3
+        d3 = chain[e, INVERSE + 2] * s1 + chain[e, INVERSE + 10] * s2 + chain[e, INVERSE + 18] * s3
+        w[0, col], w[1, col], w[2, col] = rotate(
+            end, ROTATION, axes[0][0] * d1 + axes[0][1] * d2 + axes[0][2] * d3,
+            axes[1][0] * d1 + axes[1][1] * d2 + axes[1][2] * d3,
+            axes[2][0] * d1 + axes[2][1] * d2 + axes[2][2] * d3)
+    base = scratch[3]
+    base[0] = moved1 - (w[0, 0] * g1 + w[0, 1] * g2 + w[0, 2] * g3)
+    base[1] = moved2 - (w[1, 0] * g1 + w[1, 1] * g2 + w[1, 2] * g3)
+    base[2] = gap1 - (w[2, 0] * g1 + w[2, 1] * g2 + w[2, 2] * g3)
+    force = scratch[4]
+    force[0], force[1], force[2] = g1, g2, g3
+    state = solve_contact(law, h, w, gap0, base, tip[STATE], force)
+    if state == UNSOLVED:
+        return False
+    tip[STATE] = state
+    for i in range(3):
+        tip[SLIP_MOVED + i] = (base[i] + w[i, 0] * force[0] + w[i, 1] * force[1]
+                               + w[i, 2] * force[2])
+        tip[FORCE + i] = force[i]
+    tip[GAP] = tip[SLIP_MOVED + 2]
+    tip[SLIP_MOVED + 2] -= gap0
+    f1, f2, f3 = rotate_back(middle, ROTATION, force[0] - g1, force[1] - g2, force[2] - g3)
+    push(s, j, lane, ca, drift, h, f1, f2, f3)
+    chain[e, CORNER] += gain * (axes[0][0] * f1 + axes[1][0] * f2 + axes[2][0] * f3)
+    chain[e, CORNER + 1] += gain * (axes[0][1] * f1 + axes[1][1] * f2 + axes[2][1] * f3)
+    chain[e, CORNER + 2] += gain * (axes[0][2] * f1 + axes[1][2] * f2 + axes[2][2] * f3)
+    return True
+
+
+@jit
+def finish_contact(s, j, lane, law, h, end, tip):
+    """
+    Stop the tip where the contact holds it at the step's end: a plastic impact of the tip's mass.
+
+    A contact that holds for the whole step fixes the mean velocity of the tip over the step; what
+    its node keeps on top of that would swing for ever. The impulse that takes it away is bounded
+    so that force and impulse together stay in the friction cone; it only removes kinetic energy,
+    which is returned [J]. Velocities: V0 of the tip, already those of the step's end.
+    """
+    if tip[STATE] == OPEN or tip[GAP] > 0.0 and law.stiffness > 0.0:
+        return 0.0
+    normal = tip[FORCE + 2]
+    if law.stiffness == 0.0 and normal <= 0.0:
+        return 0.0
+    x1 = s[j, X0 * LANES + lane]
+    x2 = s[j, (X0 + 1) * LANES + lane]
+    x3 = s[j, (X0 + 2) * LANES + lane]
+    o1, o2, o3 = end[SPIN], end[SPIN + 1], end[SPIN + 2]
+    r1, r2, r3 = rotate(end, ROTATION, s[j, V0 * LANES + lane] + o2 * x3 - o3 * x2,
+                        s[j, (V0 + 1) * LANES + lane] + o3 * x1 - o1 * x3,
+                        s[j, (V0 + 2) * LANES + lane] + o1 * x2 - o2 * x1)
+    r1 += end[VELOCITY]
+    r2 += end[VELOCITY + 1]
+    r3 += end[HEIGHT_RATE]
+    by = s[j, MASS * LANES + lane] / h
+    p1 = p2 = p3 = 0.0
+    if law.stiffness == 0.0:
+        p3 = max(-by * r3, -normal)
+    if tip[STATE] == STICK:
+        p1 = -by * r1
+        p2 = -by * r2
+        bound = law.static * (normal + p3)
+        f1, f2 = tip[FORCE], tip[FORCE + 1]
+        if (f1 + p1) ** 2 + (f2 + p2) ** 2 > bound * bound:
+            # the largest part of it that keeps the sum in the cone; none if the force fills it
+            a = p1 * p1 + p2 * p2
+            half = f1 * p1 + f2 * p2
+            inside = bound * bound - f1 * f1 - f2 * f2
+            part = 0.0
+            if inside > 0.0 or half < 0.0:
+                root = half * half + a * inside
+                part = (root ** 0.5 - half) / a if root > 0.0 else 0.0
+            part = min(max(part, 0.0), 1.0)
+            p1 *= part
+            p2 *= part
+    elif p3 != 0.0:
+        # slipping: keep the friction force in the cone of the changed normal force
+        scale = (normal + p3) / normal
+        p1 = (min(scale, 1.0) - 1.0) * tip[FORCE]
+        p2 = (min(scale, 1.0) - 1.0) * tip[FORCE + 1]
+    if p1 == 0.0 and p2 == 0.0 and p3 == 0.0:
+        return 0.0
+    lost = -h * (p1 * (r1 + 0.5 * p1 / by) + p2 * (r2 + 0.5 * p2 / by) + p3 * (r3 + 0.5 * p3 / by))
+    tip[FORCE] += p1
+    tip[FORCE + 1] += p2
+    tip[FORCE + 2] += p3
+    v1, v2, v3 = rotate_back(end, ROTATION, p1 / by, p2 / by, p3 / by)
+    s[j, V0 * LANES + lane] += v1
+    s[j, (V0 + 1) * LANES + lane] += v2
+    s[j, (V0 + 2) * LANES + lane] += v3
+    return lost

@@ -1,0 +1,303 @@
+"""
+Motion of the brush frame: what the bristle feels of the brush, the sweeper and the road.
+
+Whatever moves the brush, the bristle sees six 3-vectors in its own axes, the orientation of those
+axes and the height of the mount above the road (a frame record). Orientation, brush to road:
+
+    R = Rz(heading) Rz(tilt azimuth) Ry(attack angle) Rz(-tilt azimuth) Rz(theta)
+
+`motion` holds the ramps that commands change; `Drive` what stays.
+"""
+from math import cos, floor, sin
+from typing import NamedTuple
+
+from bristle_ros.physics.compiler import jit
+import numpy as np
+
+from .drive import profile_at, RAMP, ramp_at
+
+# frame record
+ROTATION = 0        # 9  brush axes to road axes, row by row
+SPIN = 9            # 3  Omega [rad/s], brush axes
+SPIN_RATE = 12      # 3  its rate [rad/s^2], brush axes
+GRAVITY = 15        # 3  gravity minus the mount's acceleration [m/s^2], brush axes
+VELOCITY = 18       # 3  of the mount centre over the road [m/s], road axes
+HEIGHT = 21         # 1  of the mount centre over the road plane [m]
+HEIGHT_RATE = 22    # 1
+THETA = 23          # 1  exact angle, speed of the brush, whatever the load steps are
+OMEGA = 24          # 1
+DRAG_SPIN = 25      # 1  speed about z of the brush, seen from this frame: 0 where it turns along
+DRAG_RATE = 26      # 1  its rate
+CLAMP = 27          # 7  position and quaternion of the clamped node
+FRAME = 34
+
+# motion: ramps of mean speed, yaw rate, penetration and sweeper velocity, and the approach
+SPEED = 0
+YAW = RAMP
+PENETRATION = 2 * RAMP
+FORWARD = 3 * RAMP
+LEFT = 4 * RAMP
+APPROACHING = 5 * RAMP      # 1 until the first command to the road
+
+# basics: what the frame is made of, linear between load steps (twelve numbers), then the ramps'
+# value, rate and integral
+RAMPS = 5
+_RAMPED = 12
+BASICS = _RAMPED + 3 * RAMPS
+_RATES = (2, 5, 7, 9, 11)   # of the basics: accelerations, and the road's speed
+
+# motion, where a command splits a load step: its time, and the loads that the step had reached
+SPLIT = APPROACHING + 1
+SPLIT_BASICS = SPLIT + 1
+SPLIT_CLAMP = SPLIT_BASICS + _RAMPED    # 2  cosine and sine that place the clamp on its chord
+MOTION = SPLIT_CLAMP + 2
+
+
+class Drive(NamedTuple):
+    """What determines the brush frame's motion and no command changes; SI units."""
+
+    profile: int
+    alternating_speed: float
+    frequency: float
+    shape: float
+    start_angle: float
+    cos_attack: float
+    sin_attack: float
+    tilt_azimuth: float
+    gravity: float
+    tip_depth: float        # of the lowest undeformed tip below the mount centre [m]
+    penetration: float      # at the end of the approach [m]
+    approach_time: float    # [s]
+    mount_x: float          # of the mount centre in the sweeper's turning axes [m]
+    mount_y: float
+    time_step: float        # TS [s]; 0: exact at every time
+
+
+@jit
+def _basics_at(t, drive, motion, out):
+    """Fill the scalars that the frame is made of, at time t."""
+    for i in range(RAMPS):
+        out[_RAMPED + 3 * i], out[_RAMPED + 3 * i + 1], out[_RAMPED + 3 * i + 2] = ramp_at(
+            motion, RAMP * i, t)
+    angle, speed, acceleration = profile_at(t, drive.profile, drive.alternating_speed,
+                                            drive.frequency, drive.shape)
+    out[0] = drive.start_angle + out[_RAMPED + 2] + angle
+    out[1] = out[_RAMPED] + speed
+    out[2] = out[_RAMPED + 1] + acceleration
+    out[3] = out[_RAMPED + 5]
+    out[4] = out[_RAMPED + 3]
+    out[5] = out[_RAMPED + 4]
+    out[6], out[7] = out[_RAMPED + 9], out[_RAMPED + 10]
+    out[8], out[9] = out[_RAMPED + 12], out[_RAMPED + 13]
+    if motion[APPROACHING] > 0.0:
+        if t < drive.approach_time:
+            s = t / drive.approach_time
+            depth = drive.penetration * s * s * (3.0 - 2.0 * s)
+            rate = drive.penetration * 6.0 * s * (1.0 - s) / drive.approach_time
+        else:
+            depth = drive.penetration
+            rate = 0.0
+    else:
+        depth, rate = out[_RAMPED + 6], out[_RAMPED + 7]
+    out[10] = drive.tip_depth - depth
+    out[11] = -rate
+
+
+@jit
+def _load_step_at(t, drive):
+    """Return the number of the load step that t is in, and how far it is through: [0, 1)."""
+    n = floor(t / drive.time_step + 1e-9)
+    part = t / drive.time_step - n
+    return n, part if part > 1e-9 else 0.0
+
+
+@jit
+def _load_step_ends(t, n, part, drive, motion, basics):
+    """
+    Fill the loads at the ends of load step n into basics[0], basics[1]; return how far t is in it.
+
+    A command acts from its own time on, so the load step that it comes in is split there: up to
+    it, loads go where the old step led; from it to the step's end they are linear again.
+    """
+    end = (n + 1.0) * drive.time_step
+    _basics_at(end, drive, motion, basics[1])
+    split = motion[SPLIT]
+    if split > (n + 1e-9) * drive.time_step:
+        for i in range(_RAMPED):
+            basics[0, i] = motion[SPLIT_BASICS + i]
+        return (t - split) / (end - split)
+    _basics_at(n * drive.time_step, drive, motion, basics[0])
+    return part
+
+
+@jit
+def _chord_start(n, drive, motion, basics):
+    """Return cosine and sine of the clamp's place where its chord begins; basics: the ends."""
+    if motion[SPLIT] > (n + 1e-9) * drive.time_step:
+        return motion[SPLIT_CLAMP], motion[SPLIT_CLAMP + 1]
+    return cos(basics[0, 0]), sin(basics[0, 0])
+
+
+@jit
+def split_load_step(t, drive, motion, basics):
+    """
+    Keep the loads that the present load step has reached at time t, before a command changes it.
+
+    Values (angles, speeds, height, the clamp's place) go on from what they are: no load jumps. To
+    be followed by `renew_rates` once the ramps are changed. On a load step's end there is nothing
+    to split.
+    """
+    n, part = _load_step_at(t, drive)
+    if part == 0.0:
+        return
+    part = _load_step_ends(t, n, part, drive, motion, basics)
+    c, s = _chord_start(n, drive, motion, basics)
+    motion[SPLIT_CLAMP] = (1.0 - part) * c + part * cos(basics[1, 0])
+    motion[SPLIT_CLAMP + 1] = (1.0 - part) * s + part * sin(basics[1, 0])
+    for i in range(_RAMPED):
+        motion[SPLIT_BASICS + i] = basics[0, i] + part * (basics[1, i] - basics[0, i])
+    motion[SPLIT] = t
+
+
+@jit
+def renew_rates(t, drive, motion, basics):
+    """Let accelerations and the road's speed be those of the new ramps where a step is split."""
+    if motion[SPLIT] == t:
+        _basics_at(t, drive, motion, basics[0])
+        for i in _RATES:
+            motion[SPLIT_BASICS + i] = basics[0, i]
+
+
+@jit
+def frame_at(t, drive, displacement, motion, basics, frame):
+    """
+    Fill the frame record at time t [s], but for the clamp.
+
+    displacement : bool    the frame is the mount's and does not turn with the brush (the
+                           displacement load case moves the clamp instead, `drive_clamp`)
+
+    motion : (MOTION,), basics : (2, BASICS) scratch, frame : (FRAME,)
+    With load steps (time_step > 0) the basics are linear between multiples of time_step: OMEGA,
+    DOMEGA and the motion of the paper's pilot node, ramped. THETA and OMEGA stay exact.
+    """
+    if drive.time_step > 0.0:
+        n, part = _load_step_at(t, drive)
+        _basics_at(t, drive, motion, basics[0])
+        frame[THETA] = basics[0, 0]
+        frame[OMEGA] = basics[0, 1]
+        if part > 0.0:
+            part = _load_step_ends(t, n, part, drive, motion, basics)
+            for i in range(_RAMPED):
+                basics[0, i] += part * (basics[1, i] - basics[0, i])
+    else:
+        _basics_at(t, drive, motion, basics[0])
+        frame[THETA] = basics[0, 0]
+        frame[OMEGA] = basics[0, 1]
+    theta, omega, alpha, heading, yaw, yaw_rate = (
+        basics[0, 0], basics[0, 1], basics[0, 2], basics[0, 3], basics[0, 4], basics[0, 5])
+    vx, vx_rate, vy, vy_rate = basics[0, 6], basics[0, 7], basics[0, 8], basics[0, 9]
+
+    frame[DRAG_SPIN] = 0.0
+    frame[DRAG_RATE] = 0.0
+    if displacement:
+        frame[DRAG_SPIN] = omega
+        frame[DRAG_RATE] = alpha
+        theta, omega, alpha = 0.0, 0.0, 0.0
+    turn = theta - drive.tilt_azimuth
+    ct, st = cos(turn), sin(turn)
+    front = heading + drive.tilt_azimuth
+    cf, sf = cos(front), sin(front)
+    ca, sa = drive.cos_attack, drive.sin_attack
+    frame[ROTATION] = cf * ca * ct - sf * st
+    frame[ROTATION + 1] = -cf * ca * st - sf * ct
+    frame[ROTATION + 2] = cf * sa
+    frame[ROTATION + 3] = sf * ca * ct + cf * st
+    frame[ROTATION + 4] = -sf * ca * st + cf * ct
+    frame[ROTATION + 5] = sf * sa
+    frame[ROTATION + 6] = -sa * ct
+    frame[ROTATION + 7] = sa * st
+    frame[ROTATION + 8] = ca
+    up1, up2, up3 = -sa * ct, sa * st, ca       # road z in brush axes
+    frame[SPIN] = yaw * up1
+    frame[SPIN + 1] = yaw * up2
+    frame[SPIN + 2] = yaw * up3 + omega
+    # d(up)/dt in brush axes = -Omega x up = -omega z x up
+    frame[SPIN_RATE] = yaw_rate * up1 + yaw * omega * up2
+    frame[SPIN_RATE + 1] = yaw_rate * up2 - yaw * omega * up1
+    frame[SPIN_RATE + 2] = yaw_rate * up3 + alpha
+
+    # mount centre: velocity and acceleration from the sweeper's base, turning axes, then road axes
+    ux = vx - yaw * drive.mount_y
+    uy = vy + yaw * drive.mount_x
+    ax = vx_rate - yaw_rate * drive.mount_y - yaw * uy
+    ay = vy_rate + yaw_rate * drive.mount_x + yaw * ux
+    ch, sh = cos(heading), sin(heading)
+    frame[VELOCITY] = ch * ux - sh * uy
+    frame[VELOCITY + 1] = sh * ux + ch * uy
+    frame[VELOCITY + 2] = 0.0
+    gx = -(ch * ax - sh * ay)
+    gy = -(sh * ax + ch * ay)
+    gz = -drive.gravity
+    for i in range(3):
+        frame[GRAVITY + i] = (frame[ROTATION + i] * gx + frame[ROTATION + 3 + i] * gy
+                              + frame[ROTATION + 6 + i] * gz)
+    frame[HEIGHT] = basics[0, 10]
+    frame[HEIGHT_RATE] = basics[0, 11]
+
+
+@jit
+def drive_clamp(t, drive, motion, clamp, basics, frame):
+    """
+    Move the clamp in the frame record along its circle, or along the polygon of the load steps.
+
+    clamp : (7,)    its position and quaternion at theta = 0
+    With load steps the position is linear between points of the circle, and so is the angle of its
+    rotation (Fig. 2a of the paper).
+    """
+    theta = frame[THETA]
+    c, s = cos(theta), sin(theta)
+    if drive.time_step > 0.0:
+        n, part = _load_step_at(t, drive)
+        if part > 0.0:
+            part = _load_step_ends(t, n, part, drive, motion, basics)
+            one, two = basics[0, 0], basics[1, 0]
+            theta = one + part * (two - one)
+            c, s = _chord_start(n, drive, motion, basics)
+            c = (1.0 - part) * c + part * cos(two)
+            s = (1.0 - part) * s + part * sin(two)
+    frame[CLAMP] = c * clamp[0] - s * clamp[1]
+    frame[CLAMP + 1] = s * clamp[0] + c * clamp[1]
+    frame[CLAMP + 2] = clamp[2]
+    c, s = cos(0.5 * theta), sin(0.5 * theta)
+    frame[CLAMP + 3] = c * clamp[3] - s * clamp[6]
+    frame[CLAMP + 4] = c * clamp[4] - s * clamp[5]
+    frame[CLAMP + 5] = c * clamp[5] + s * clamp[4]
+    frame[CLAMP + 6] = c * clamp[6] + s * clamp[3]
+
+
+@jit
+def is_polygon(model):
+    """Whether the clamp is driven along the polygon of the load steps; its velocity then jumps."""
+    return model.displacement and model.drive.time_step > 0.0
+
+
+@jit
+def turn_frame(frame, cosine, sine, turned):
+    """Copy a frame record for the bristle at the azimuth with this cosine and sine: own axes."""
+    for row in range(3):
+        x, y = frame[ROTATION + 3 * row], frame[ROTATION + 3 * row + 1]
+        turned[ROTATION + 3 * row] = cosine * x + sine * y
+        turned[ROTATION + 3 * row + 1] = cosine * y - sine * x
+        turned[ROTATION + 3 * row + 2] = frame[ROTATION + 3 * row + 2]
+    for vector in (SPIN, SPIN_RATE, GRAVITY):
+        x, y = frame[vector], frame[vector + 1]
+        turned[vector] = cosine * x + sine * y
+        turned[vector + 1] = cosine * y - sine * x
+        turned[vector + 2] = frame[vector + 2]
+    for i in range(VELOCITY, FRAME):
+        turned[i] = frame[i]
+
+
+def new_motion():
+    """Return a motion at rest: every ramp over, at zero."""
+    return np.zeros(MOTION)

@@ -1,0 +1,204 @@
+"""
+The guaranteed step: sub-steps where Newton's method fails, and many steps in one call.
+
+When it fails even with a fresh matrix the step is halved, down to 2^-DEEPEST of the integration
+step; when that fails too, `advance` stops with a status and the state at the start of that
+integration step. All decisions depend on the state alone, so a run repeats bit for bit.
+"""
+from bristle_ros.physics.compiler import inlined, jit, take
+from bristle_ros.physics.contact import ESTIMATE, LEVEL, MATRIX_STEP
+from bristle_ros.physics.motion import CLAMP, drive_clamp, frame_at, is_polygon, turn_frame
+from bristle_ros.physics.wire import (HA, JUMP, keep_strains, LANES, LR, OK, SECTION_FORCE,
+                                      STRAIN0, X, X0)
+
+from .newton import NEWTON, SUBSTEPS, try_step, UNFINISHED
+
+EASY = 5                # iterations up to which a sub-step may become longer again
+DEEPEST = 14            # halvings of the integration step
+FINEST = 10             # halvings that the error estimate may ask for
+BATCH = 64              # steps in one call: their frames are worked out beforehand
+PARTS = 8               # of a step, at whose ends frames are kept for other bristles
+WHOLE = 1 << DEEPEST
+MAX_ATTEMPTS = 2 * WHOLE
+# twice what the local error grows by when the step doubles: a longer step should last
+GROWTH = 16.0
+
+
+@jit
+def mount_frame(model, motion, t, scratch, frame):
+    """Fill the frame record of a bristle at azimuth 0 at time t."""
+    frame_at(t, model.drive, model.displacement, motion, scratch.basics, frame)
+    if model.displacement:
+        drive_clamp(t, model.drive, motion, model.clamp, scratch.basics, frame)
+    else:
+        for i in range(7):
+            frame[CLAMP + i] = model.clamp[i]
+
+
+@jit
+def own_frame(model, motion, azimuth, t, scratch, frame):
+    """Fill the frame record of a bristle (cosine and sine of its azimuth) at time t."""
+    mount_frame(model, motion, t, scratch, scratch.frame)
+    turn_frame(scratch.frame, azimuth[0], azimuth[1], frame)
+
+
+@jit
+def keep_copy(s, tip, into, into_tip):
+    """Copy what a bristle's nodes carry from step to step, and its tip record."""
+    for j in range(s.shape[0]):
+        for first, end in ((X0, HA), (STRAIN0, LR), (JUMP, SECTION_FORCE)):
+            for i in range(first * LANES, end * LANES):
+                into[j, i] = s[j, i]
+    for i in range(tip.size):
+        into_tip[i] = tip[i]
+
+
+@jit
+def part_frame(model, motion, azimuth, start, step, position, scratch, frame):
+    """
+    Fill the frame record of a bristle at start + step + position / WHOLE integration steps.
+
+    Where the steps of many bristles end, within 1 / PARTS of a step, it is worked out but once.
+    """
+    t = (start + step + position / WHOLE) * model.its
+    part = position * (PARTS / WHOLE)
+    if part != int(part):
+        own_frame(model, motion, azimuth, t, scratch, frame)
+        return
+    at = step * PARTS + int(part)
+    if scratch.known[at] == 0:
+        mount_frame(model, motion, t, scratch, scratch.parts[at])
+        scratch.known[at] = 1
+    turn_frame(scratch.parts[at], azimuth[0], azimuth[1], frame)
+
+
+@inlined
+def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, tip, counts,
+               scratch, start, step, table):
+    """
+    Advance one bristle over one integration step, in halves of halves where Newton fails.
+
+    start, step : int     steps before this call, and in it
+    table : (3, FRAME)    frame records at azimuth 0 at the step's start, middle and end
+    Returns OK, or the last failure's status with the state as it was at the step's start.
+    """
+    frames = scratch.frames
+    if viscosity is not None and is_polygon(model):
+        keep_strains(s)
+    position = 0
+    level = int(tip[LEVEL])
+    if level > 0:
+        keep_copy(s, tip, scratch.saved, scratch.saved_tip)
+    if audit is not None:
+        for i in range(audit.size):
+            scratch.saved_audit[i] = audit[i]
+    for _ in range(MAX_ATTEMPTS):
+        size = WHOLE >> level
+        for i in range(3):
+            if size == WHOLE:
+                turn_frame(table[i], azimuth[0], azimuth[1], frames[i])
+            else:
+                part_frame(model, motion, azimuth, start, step, position + 0.5 * i * size,
+                           scratch, frames[i])
+        counted = counts[NEWTON]
+        status = try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames,
+                          scratch, model.its / (1 << level), model.its / (1 << FINEST))
+        if status == OK:
+            position += size
+            if level > 0:
+                counts[SUBSTEPS] += 1
+                if counts[NEWTON] - counted <= EASY and position % (2 * size) == 0 and (
+                        GROWTH * tip[ESTIMATE] <= model.local_error):
+                    level -= 1
+            if position == WHOLE:
+                tip[LEVEL] = level
+                return OK
+        else:
+            if position == 0:
+                keep_copy(s, tip, scratch.saved, scratch.saved_tip)
+            level += 1
+            if level > DEEPEST:
+                break
+    keep_copy(scratch.saved, scratch.saved_tip, s, tip)
+    if audit is not None:
+        for i in range(audit.size):
+            audit[i] = scratch.saved_audit[i]
+    tip[MATRIX_STEP] = 0.0
+    for j in range(model.blocks):
+        for i in range(7 * LANES):
+            s[j, X * LANES + i] = s[j, X0 * LANES + i]
+    return UNFINISHED if status == OK else status
+
+
+@jit
+def fill_frames(model, law, state, scratch, steps, table):
+    """
+    Fill the frame records at azimuth 0 of the next `steps` steps: all bristles share them.
+
+    table : (2 BATCH + 1, FRAME)    at the steps' starts and ends and, with contact, middles
+    """
+    for i in range(2 * steps + 1):
+        if law is not None or i % 2 == 0:
+            mount_frame(model, state.motion, (state.step[0] + 0.5 * i) * model.its, scratch,
+                        table[i])
+
+
+@inlined
+def make_steps(model, law, viscosity, audit, state, scratch, table, bristle, steps):
+    """Advance a bristle by `steps` steps; OK, or a status and in scratch.failed the step."""
+    account = None if audit is None else audit[bristle]
+    status = OK
+    for step in range(steps):
+        status = whole_step(
+            model, law, viscosity, account, state.motion, model.azimuth[bristle],
+            state.nodes[bristle], state.mids[bristle], state.chain[bristle], state.tip[bristle],
+            state.counts[bristle], scratch, state.step[0], step, table[2 * step:])
+        if status != OK:
+            scratch.failed[0] = step
+            break
+    return status
+
+
+@jit
+def advance(model, law, viscosity, audit, state, scratch, table, queue, steps):
+    """
+    Advance the bristles of a queue by `steps` steps in place, one after the other.
+
+    They know nothing of each other, so that threads may share a queue. Returns 0, or the status of
+    the first failure (in steps, then bristles), whose step, counted from here, and bristle are in
+    scratch.failed[1:]; state.step[0] stays for the caller to move.
+    """
+    scratch.known[:steps * PARTS + 1] = 0
+    worst = OK
+    bristle = take(queue)
+    while bristle < model.bristles:
+        status = make_steps(model, law, viscosity, audit, state, scratch, table, bristle, steps)
+        failed = scratch.failed
+        if status != OK and (worst == OK or failed[0] < failed[1] or (
+                failed[0] == failed[1] and bristle < failed[2])):
+            worst = status
+            failed[1] = failed[0]
+            failed[2] = bristle
+        bristle = take(queue)
+    return worst
+
+
+@jit
+def advance_alone(model, law, viscosity, audit, state, scratch, table, steps):
+    """
+    Advance the only bristle by any number of steps, frame records and state.step[0] with it.
+
+    One call: what it takes to hand the records over outweighs a few steps. Returns 0, or the
+    status of a failure, with the state at the start of the failed step.
+    """
+    while steps > 0:
+        batch = min(steps, BATCH)
+        fill_frames(model, law, state, scratch, batch, table)
+        scratch.known[:batch * PARTS + 1] = 0
+        status = make_steps(model, law, viscosity, audit, state, scratch, table, 0, batch)
+        if status != OK:
+            state.step[0] += scratch.failed[0]
+            return status
+        state.step[0] += batch
+        steps -= batch
+    return OK

@@ -1,0 +1,1 @@
+"""The verb `plot`: a log, or the arrays of `simulate`, as one page of figures."""

@@ -1,0 +1,25 @@
+"""What to simulate: keys, ranges and units, and every refusal of a value. No numba."""
+from typing import TYPE_CHECKING
+
+from bristle_ros.lazy import lazily
+
+if TYPE_CHECKING:
+    from .error import SceneError as SceneError, spell as spell
+    from .parameter_file import read_file as read_file
+    from .scene import (depth_refusal as depth_refusal, describe_keys as describe_keys,
+                        from_arguments as from_arguments, from_parameters as from_parameters,
+                        keys as keys, load as load, LONGEST as LONGEST, Scene as Scene,
+                        steps as steps, tip_depth as tip_depth, to_parameters as to_parameters,
+                        to_yaml as to_yaml)
+    from .sections import (Bristle as Bristle, Brush as Brush, Contact as Contact,
+                           Damping as Damping, Drive as Drive, Friction as Friction, Road as Road,
+                           Run as Run, Solver as Solver, Sweeper as Sweeper)
+
+__getattr__, __dir__ = lazily(__name__, {
+    'error': ['SceneError', 'spell'],
+    'parameter_file': ['read_file'],
+    'scene': ['depth_refusal', 'describe_keys', 'from_arguments', 'from_parameters', 'keys',
+              'load', 'LONGEST', 'Scene', 'steps', 'tip_depth', 'to_parameters', 'to_yaml'],
+    'sections': ['Bristle', 'Brush', 'Contact', 'Damping', 'Drive', 'Friction', 'Road', 'Run',
+                 'Solver', 'Sweeper'],
+})

@@ -1,0 +1,316 @@
+"""
+What to simulate: a Scene, from a ROS 2 parameter file or from a node's parameters, fully checked.
+
+Keys, ranges and meanings: scene_sections.py. Spelling of values in YAML: scene_yaml.py. A scene
+that exists can be used: every check raises SceneError, one line with file, key, value and what
+would do.
+"""
+from dataclasses import dataclass, field, fields
+import difflib
+import math
+from numbers import Real
+
+from .error import SceneError, spell
+from .key import key_of, number
+from .names import full_name, matches, ros_arguments, split_override
+from .parameter_file import read_file, read_text
+from .sections import (Bristle, Brush, Contact, Damping, Drive, Friction, Log, Road, Run, Solver,
+                       Sweeper)
+
+__all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Friction', 'Damping',
+           'Drive', 'Sweeper', 'Solver', 'Run', 'Log', 'load', 'from_parameters', 'from_arguments',
+           'keys', 'depth_refusal', 'describe_keys', 'steps', 'tip_depth', 'to_yaml',
+           'to_parameters']
+
+# Parameters that every ROS 2 node has beside its own.
+_OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
+_NODE = 'brush_node'
+LONGEST = 2.0**31 - 1.0     # [s] of simulated time: what a stamp of ROS holds
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """Everything a run depends on. Immutable, comparable, made of plain Python values."""
+
+    bristle: Bristle = field(default_factory=Bristle)
+    brush: Brush = field(default_factory=Brush)
+    road: Road = field(default_factory=Road)
+    contact: Contact = field(default_factory=Contact)
+    friction: Friction = field(default_factory=Friction)
+    damping: Damping = field(default_factory=Damping)
+    gravity: float = number(9.81, 'm/s^2', 0.0, 1000.0, 'along the road normal; 0: none')
+    drive: Drive = field(default_factory=Drive)
+    sweeper: Sweeper = field(default_factory=Sweeper)
+    solver: Solver = field(default_factory=Solver)
+    run: Run = field(default_factory=Run)
+    log: Log = field(default_factory=Log)
+
+    def __post_init__(self):
+        """Check what no section can check alone; raise SceneError."""
+        object.__setattr__(self, 'gravity', _KEYS['gravity'].check(self.gravity))
+        _check_combinations(self)
+
+
+def _check_combinations(scene):
+    friction, contact, drive = scene.friction, scene.contact, scene.drive
+    if friction.kinetic > friction.static:
+        raise SceneError(
+            f'kinetic friction above friction.static = {spell(friction.static)}: lower it to that '
+            'or raise friction.static', key='friction.kinetic', value=friction.kinetic)
+    if contact.normal_stiffness == math.inf and contact.damping > 0.0:
+        raise SceneError(
+            'a rigid road (contact.normal_stiffness = .inf) has no penetration to damp: set it to '
+            '0.0 or give a finite stiffness', key='contact.damping', value=contact.damping)
+    too_deep = depth_refusal(scene, scene.road.penetration)
+    if too_deep:
+        raise SceneError(too_deep, key='road.penetration', value=scene.road.penetration)
+    if abs(drive.mean_speed) > drive.max_speed:
+        raise SceneError(
+            f'beyond drive.max_speed = {spell(drive.max_speed)} rad/s: lower it or raise that',
+            key='drive.mean_speed', value=drive.mean_speed)
+    if math.hypot(*scene.sweeper.velocity) > scene.sweeper.max_speed:
+        raise SceneError(
+            f'faster than sweeper.max_speed = {spell(scene.sweeper.max_speed)} m/s: lower it or '
+            'raise the limit', key='sweeper.velocity', value=scene.sweeper.velocity)
+    if scene.run.frame_prefix.startswith('/'):
+        raise SceneError('tf2 knows no frames that begin with /: leave it out',
+                         key='run.frame_prefix', value=scene.run.frame_prefix)
+    if 0.0 < scene.log.max_size < 0.1:
+        raise SceneError('too small to split a log by: give 0.1 or more, or 0 for one file',
+                         key='log.max_size', value=scene.log.max_size)
+    if scene.log.max_size > 0.0 and scene.log.path.endswith('.mcap'):
+        raise SceneError('needs a directory, which log.path is when it does not end in .mcap',
+                         key='log.max_size', value=scene.log.max_size)
+    if scene.run.max_load > 0.0 and scene.solver.step != 'adaptive':
+        raise SceneError('fixed steps have no budget: give solver.step: adaptive',
+                         key='run.max_load', value=scene.run.max_load)
+    if scene.solver.time_step > 0.0:
+        steps(scene, scene.solver.time_step, 'solver.time_step')
+    steps(scene, scene.run.chunk, 'run.chunk')
+    steps(scene, scene.run.sample, 'run.sample')
+
+
+def tip_depth(scene):
+    """Return how far below the mount centre the lowest undeformed tip is, along the normal [m]."""
+    brush, beta = scene.brush, scene.road.attack_angle
+    length = scene.bristle.length
+    radius = brush.mount_radius + length * math.sin(brush.mount_angle)
+    return length * math.cos(brush.mount_angle) * math.cos(beta) + radius * math.sin(beta)
+
+
+def depth_refusal(scene, penetration):
+    """
+    Return why the road cannot be at this penetration [m], or None where it can.
+
+    At tip depth - mount_radius sin(attack_angle) the lowest clamp is in the road. Lifting is fine.
+    """
+    if not scene.contact.enabled:
+        return None
+    deepest = tip_depth(scene) - scene.brush.mount_radius * math.sin(scene.road.attack_angle)
+    if penetration < deepest:
+        return None
+    return (f'would bring a clamp to the road or below it: stay below {deepest:.6g} m, which is '
+            'how far the lowest undeformed tip is below its clamp')
+
+
+def steps(scene, seconds, key):
+    """
+    Return how many integration steps `seconds` are.
+
+    scene : Scene, or the integration time step itself [s]
+    key : str, names the value in the error
+    Raises SceneError, naming the nearest good value, unless it is a whole number >= 1 of them (to
+    1e-9 relative).
+    """
+    its = scene.solver.integration_time_step if isinstance(scene, Scene) else float(scene)
+    if not (isinstance(seconds, Real) and 0.0 < seconds < math.inf):
+        raise SceneError('must be a time above 0 s', key=key, value=seconds)
+    if seconds > LONGEST:
+        raise SceneError(f'must be a time of at most {LONGEST:.0f} s, which is what stamps hold',
+                         key=key, value=seconds)
+    seconds = float(seconds)
+    whole = max(1, round(seconds / its))
+    if abs(seconds - whole * its) > 1e-9 * seconds:
+        raise SceneError(
+            f'not a whole multiple of solver.integration_time_step = {spell(its)} s: the nearest '
+            f'is {spell(float(f"{whole * its:.12g}"))}', key=key, value=seconds)
+    return whole
+
+
+def _all_keys():
+    found = []
+    for item in fields(Scene):
+        if item.metadata:
+            found.append(key_of(item.name, item))
+        else:
+            found.extend(item.default_factory.keys())
+    return {key.name: key for key in found}
+
+
+_KEYS = _all_keys()
+_SECTIONS = {item.name: item.default_factory for item in fields(Scene) if not item.metadata}
+
+
+def keys():
+    """Return every Key of a scene in file order; ROS parameters are declared from them."""
+    return tuple(_KEYS.values())
+
+
+def describe_keys():
+    """Return the text of `scene --keys`: each key with default, unit, range and meaning."""
+    lines = []
+    for key in keys():
+        unit = f' [{key.unit}]' if key.unit not in ('', '1') else ''
+        lines.append(f'{key.name}{unit}: {spell(key.default)}')
+        lines.append(f'    {key.description}; {key.range}')
+    return '\n'.join(lines)
+
+
+def load(path, overrides=None, node=None):
+    """
+    Read a scene file.
+
+    path : of a ROS 2 parameter file (YAML or JSON)
+    overrides : dict, dotted key to a value, or to a text as in `-p key:=value`; they win
+    node : whose sections hold, as `/left/brush_node`. None: all whose name ends in brush_node,
+    whatever the namespace; what the file says last wins
+    Raises SceneError.
+    """
+    given = _read(path, node and '/' + node.lstrip('/'))
+    for key, value in (overrides or {}).items():
+        _override(given, key, value)
+    return _build(given, str(path))
+
+
+def from_parameters(mapping, source):
+    """
+    Make a scene from parameters that are already values.
+
+    mapping : dict, dotted key to value; keys left out take their defaults
+    source : str, names where they came from in errors
+    Raises SceneError.
+    """
+    return _build({key: (value, source) for key, value in mapping.items()}, source)
+
+
+def from_arguments(arguments, node_name='brush_node', notes=None):
+    """
+    Make a scene from the command line of a node: --ros-args with --params-file and -p, in order.
+
+    Sections of files are matched with the node's full name, as its remappings make it. `notes`, a
+    list, takes a line for each file that is for a brush_node, but not for this one.
+
+    rcl itself keeps an integer of a file against a double given by `-p` (it stores both and looks
+    at the integer first), forgets which line a value came from, and drops keys given twice.
+    Raises SceneError. Other ROS arguments (topics, log levels) are passed over.
+    """
+    given, source = {}, '--ros-args'
+    notes = [] if notes is None else notes
+    node = full_name(arguments, node_name)
+    for flag, word in ros_arguments(arguments):
+        if flag == '--params-file':
+            source = word
+            given.update(_read(source, node, notes))
+        elif flag in ('-p', '--param'):
+            only, key, value = split_override(word)
+            if only in ('', node.rpartition('/')[2]):  # rcl forgets such ones in a namespace
+                _override(given, key, value)
+    return _build(given, source)
+
+
+def to_parameters(scene):
+    """Return every key of a scene: dotted name to a float, int, bool, str or list of floats."""
+    values = {}
+    for name in _KEYS:
+        value = scene
+        for part in name.split('.'):
+            value = getattr(value, part)
+        values[name] = list(value) if isinstance(value, tuple) else value
+    return values
+
+
+def to_yaml(scene):
+    """Return a complete scene file that loads back to an equal scene."""
+    lines, section = ['/**:', '  ros__parameters:'], ''
+    for name, value in to_parameters(scene).items():
+        head, _, leaf = name.rpartition('.')
+        if head and head != section:
+            lines.append(f'    {head}:')
+        section = head
+        bare = _KEYS[name].choices and value
+        lines.append('  ' * (3 if head else 2) + f'{leaf}: {bare or spell(value)}')
+    return '\n'.join(lines) + '\n'
+
+
+def _read(path, node, notes=None):
+    """
+    Return dotted key to (value, place) of a file's sections that are for the node.
+
+    node : fully qualified; None: any that is called brush_node. Where a file has none, `notes`
+    takes that as a line, and without it that is an error.
+    """
+    try:
+        with open(path, 'rb') as file:
+            content = file.read()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, 'strerror', None) or error
+        problem = f'cannot be read ({reason}): give a scene file'
+        raise SceneError(problem, source=str(path)) from None
+    entries = read_file(content, str(path))
+    given = {entry.key: (entry.value, f'{path}:{entry.line}')
+             for entry in entries if _is_ours(entry.section, node)}
+    others = list(dict.fromkeys(entry.section for entry in entries))
+    if others and not given:
+        problem = f'has no section for {node or _NODE}, only for {", ".join(others)}'
+        if notes is None:
+            raise SceneError(f'{problem}: name it /** or {node or _NODE}', source=str(path))
+        if any(_is_ours(section, None) for section in others):
+            notes.append(f'{path}: {problem}')
+    return given
+
+
+def _is_ours(section, node):
+    if node:
+        return matches(section, node)
+    name = section.rpartition('/')[2]
+    return name == _NODE or all(part in ('', '*', '**') for part in section.split('/'))
+
+
+def _override(given, key, value):
+    if isinstance(value, str):
+        value = read_text(value, f'-p {key}') if value else value
+    given[key] = (value, '-p')
+
+
+def _build(given, source):
+    sections = {name: {} for name in _SECTIONS}
+    for name, (value, place) in given.items():
+        if name in _OF_EVERY_NODE and not isinstance(value, bool):
+            raise SceneError('must be true or false', key=name, value=value, source=place)
+        if name in _OF_EVERY_NODE or name.startswith('qos_overrides.'):
+            continue
+        if name in _SECTIONS and value is None:
+            continue  # rcl hands on `road: {}` as a parameter without a value
+        if name not in _KEYS:
+            raise SceneError(_nearest(name), key=name, value=value, source=place)
+        try:
+            checked = _KEYS[name].check(value)
+        except SceneError as error:
+            raise error.at(place) from None
+        section, _, leaf = name.rpartition('.')
+        (sections[section] if section else sections)[leaf] = checked
+    try:
+        return Scene(**{name: _SECTIONS[name](**values) if name in _SECTIONS else values
+                        for name, values in sections.items()})
+    except SceneError as error:
+        raise error.at(given[error.key][1] if error.key in given else source) from None
+
+
+def _nearest(name):
+    """Say what a key that does not exist was probably meant to be."""
+    if name in _SECTIONS:
+        return f'is a section of keys, such as {_SECTIONS[name].keys()[0].name}'
+    by_leaf = [key for key in _KEYS if key.rpartition('.')[2] == name.rpartition('.')[2]]
+    near = difflib.get_close_matches(name, _KEYS, 1) or by_leaf
+    return f'unknown key, did you mean {near[0]}?' if near else (
+        'unknown key: `python3 -m bristle_ros scene --keys` lists them all')

@@ -1,0 +1,190 @@
+"""The sections of a scene: every key with default, unit, range and meaning. SI, radians."""
+from dataclasses import dataclass, fields
+import math
+
+from .key import choice, count, key_of, number, pair, switch, text
+
+INF = math.inf
+ANY_ANGLE = 1e6  # [rad] far beyond what a start needs, and 1e-10 rad of it is still resolved
+
+
+class _Section:
+    """Checks its fields when made, so that a section that exists is one that can be used."""
+
+    def __post_init__(self):
+        """Store each field in its declared type; raise SceneError for one out of bounds."""
+        for key in self.keys():
+            name = key.name.rpartition('.')[2]
+            object.__setattr__(self, name, key.check(getattr(self, name)))
+
+    @classmethod
+    def keys(cls):
+        """Return the section's Keys in the order of its fields."""
+        section = cls.__name__.lower()
+        return tuple(key_of(f'{section}.{item.name}', item) for item in fields(cls))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bristle(_Section):
+    """A straight wire of rectangular section, clamped at one end."""
+
+    length: float = number(0.240, 'm', 1e-3, 10.0, 'length of the wire')
+    breadth: float = number(0.002, 'm', 1e-6, 0.1, 't1, the side of the section along the tangent')
+    width: float = number(0.0005, 'm', 1e-6, 0.1, 't2, the side of the section across it')
+    youngs_modulus: float = number(2.07e11, 'Pa', 1e3, 1e16, "Young's modulus")
+    poissons_ratio: float = number(0.3, '1', -0.99, 0.5, "Poisson's ratio")
+    density: float = number(7800.0, 'kg/m^3', 1.0, 1e5, 'density')
+
+
+@dataclass(frozen=True, kw_only=True)
+class Brush(_Section):
+    """How the wires stand on the mount board."""
+
+    mount_radius: float = number(0.1125, 'm', 0.0, 10.0, 'radius of the circle of clamps')
+    mount_angle: float = number(
+        0.4537856, 'rad', 0.0, math.pi / 2, 'phi: lean of the wire from the brush axis, outward')
+    mount_orientation: float = number(
+        0.0, 'rad', -ANY_ANGLE, ANY_ANGLE,
+        'gamma: right-hand turn of the section about the clamp-to-tip direction; 0 cuts')
+    bristle_count: int = count(1, 1, 1000, 'bristles simulated, equally spaced in azimuth')
+    wires_per_bristle: int = count(
+        1, 1, 100000, 'real wires that one simulated bristle stands for')
+    start_angle: float = number(
+        0.0, 'rad', -ANY_ANGLE, ANY_ANGLE, 'azimuth of bristle 0 from mount +x at t = 0')
+
+
+@dataclass(frozen=True, kw_only=True)
+class Road(_Section):
+    """The plane that the tips sweep."""
+
+    attack_angle: float = number(
+        0.0, 'rad', 0.0, 1.5, 'beta: tilt of the brush axis from the road normal')
+    tilt_azimuth: float = number(
+        0.0, 'rad', -ANY_ANGLE, ANY_ANGLE, 'where the low side of the brush faces; 0: forward')
+    penetration: float = number(
+        0.005, 'm', -10.0, 10.0, 'Delta: depth of the undeformed tip below the road at its lowest')
+    approach_time: float = number(
+        0.02, 's', 0.0, 1e4, 'time in which the penetration grows from zero; 0: there at once')
+    max_rate: float = number(
+        0.2, 'm/s', 1e-6, 1e3, 'fastest rise or fall of the road on a penetration command')
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact(_Section):
+    """Normal contact between tip and road."""
+
+    enabled: bool = switch(True, 'whether there is a road at all')
+    normal_stiffness: float = number(
+        1e5, 'N/m', 1.0, INF, 'Kn: contact stiffness; .inf: rigid road')
+    damping: float = number(
+        0.0, 's/m', 0.0, 1e6, 'Hunt-Crossley: force times (1 + damping * penetration rate)')
+
+
+@dataclass(frozen=True, kw_only=True)
+class Friction(_Section):
+    """Friction kinetic + (static - kinetic) exp(-decay * slip speed)."""
+
+    static: float = number(0.70, '1', 0.0, 100.0, 'mu_s: coefficient of friction at rest')
+    kinetic: float = number(0.27, '1', 0.0, 100.0, 'mu_k: coefficient at high slip speed')
+    decay: float = number(0.40, 's/m', 0.0, 1e6, 'c_v: how fast it falls with the slip speed')
+
+
+@dataclass(frozen=True, kw_only=True)
+class Damping(_Section):
+    """Rayleigh damping of the wire, in the brush frame."""
+
+    mass: float = number(0.1, '1/s', 0.0, 1e6, 'alpha_D: damping force per momentum')
+    stiffness: float = number(0.0, 's', 0.0, 100.0, 'beta_D: damping stress per stress rate')
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive(_Section):
+    """The speed of the brush about its axis; positive is counter-clockwise seen from above."""
+
+    profile: str = choice('sine', ('constant', 'sine', 'vap'), 'speed function')
+    mean_speed: float = number(10.472, 'rad/s', -1e4, 1e4, 'omega_m: mean speed')
+    alternating_speed: float = number(0.0, 'rad/s', 0.0, 1e4, 'omega_a: amplitude of the profile')
+    frequency: float = number(5.0, 'Hz', 1e-6, 1e5, 'frequency of the profile')
+    shape: float = number(0.08, '1', 0.001, 0.99, 'b: how sharp VAP is')
+    max_acceleration: float = number(
+        50.0, 'rad/s^2', 1e-6, 1e9, 'limit on commanded changes of the mean speed')
+    max_speed: float = number(320.0, 'rad/s', 0.0, 1e4, 'largest mean speed, set or commanded')
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweeper(_Section):
+    """The vehicle that carries the brush over the road."""
+
+    velocity: tuple = pair(
+        (0.0, 0.0), 'm/s', -1e3, 1e3, 'forward and sideways velocity at the start, no ramp')
+    max_acceleration: float = number(2.0, 'm/s^2', 1e-6, 1e6, 'limit on commanded changes of it')
+    max_speed: float = number(20.0, 'm/s', 0.0, 1e3, 'largest speed, set or commanded')
+    max_yaw_rate: float = number(2.0, 'rad/s', 0.0, 1e3, 'largest commanded yaw rate')
+    max_yaw_acceleration: float = number(
+        2.0, 'rad/s^2', 1e-6, 1e6, 'limit on commanded changes of the yaw rate')
+    mount_position: tuple = pair(
+        (0.0, 0.0), 'm', -100.0, 100.0, "mount centre from the sweeper's base: forward, left")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solver(_Section):
+    """Space and time discretisation."""
+
+    load_case: str = choice(
+        'inertia', ('inertia', 'displacement'), 'solve in the brush frame, or move the clamp')
+    elements: int = count(12, 1, 500, '3-node elements along a wire')
+    time_step: float = number(
+        0.0, 's', 0.0, 10.0, 'TS: loads are sampled at it, ramped between; 0: exact at every ITS')
+    integration_time_step: float = number(1e-4, 's', 1e-8, 0.1, 'ITS: step of the integrator')
+    integrator: str = choice(
+        'generalized_alpha', ('generalized_alpha', 'newmark', 'hht'), 'time integrator')
+    spectral_radius: float = number(
+        0.8, '1', 0.0, 1.0, 'of generalized_alpha, at infinite frequency; 0 annihilates, 1 keeps')
+    amplitude_decay: float = number(0.005, '1', 0.0, 1.0 / 3.0, 'gamma of newmark and hht')
+    tolerance: float = number(
+        1e-8, '1', 1e-14, 1e-2, "Newton's, relative to the element's length and to 1 rad; in "
+        'steps below 0.2 ms it falls with their square')
+    step: str = choice(
+        'fixed', ('fixed', 'adaptive'), 'step control; marks are met by both. Fixed '
+        'steps are halved too where Newton fails or their local error is above 2e-4')
+    error_tolerance: float = number(
+        1e-3, '1', 1e-12, 1.0, "local error of adaptive steps, relative to the bristle's length; "
+        'no step has more than 2e-4')
+    start: str = choice(
+        'straight', ('straight', 'steady'), 'straight and at rest, or from the static equilibrium')
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run(_Section):
+    """How the node runs the scene."""
+
+    real_time_factor: float = number(
+        1.0, '1', 0.0, 1e6, 'simulated seconds per second of wall time; 0: as fast as it goes')
+    chunk: float = number(0.005, 's', 1e-8, 10.0, 'simulated time between commands and messages')
+    sample: float = number(0.001, 's', 1e-8, 1e3, 'simulated time between logged samples')
+    autostart: bool = switch(True, 'whether the node configures and activates itself')
+    publish_clock: bool = switch(False, 'whether to publish /clock')
+    time_origin: str = choice('zero', ('zero', 'wall'), 'what stamps count from: 0 or the start')
+    frame_prefix: str = text('', 'goes before every frame_id, such as left/; empty: none')
+    publish_tf: str = choice(
+        'all', ('all', 'mount', 'none'), 'transforms on /tf: road to brush_mount to brush, the '
+        'first alone (robot_state_publisher gives the second), or none')
+    marker_rate: float = number(
+        20.0, 'Hz', 0.0, math.inf, 'most messages of bristle_markers per second of wall time, '
+        'at chunk ends; 0: none')
+    stamped_cmd_vel: bool = switch(True, 'cmd_vel is a TwistStamped; false: a Twist')
+    command_timeout: float = number(
+        0.0, 's', 0.0, 1e6, 'wall time without cmd_vel after which the sweeper stops; 0: never')
+    max_load: float = number(
+        0.0, '1', 0.0, 1.0, 'share of a core that adaptive steps may take; 0: no budget')
+
+
+@dataclass(frozen=True, kw_only=True)
+class Log(_Section):
+    """Where the node's log goes."""
+
+    path: str = text('', 'directory of the log, or a file when it ends in .mcap; empty: no log')
+    compression: str = choice('zstd', ('zstd', 'lz4', 'none'), 'of the log')
+    max_size: float = number(
+        0.0, 'MB', 0.0, 1e9, 'of a file of the log, before the next is begun; 0: one file')
+    tf: bool = switch(True, 'whether the log has /tf, for each run.chunk, and robot_description')

@@ -1,0 +1,198 @@
+"""From a Scene to the arrays that the kernels step: Model and State."""
+import math
+
+from bristle_ros.physics.contact import ContactLaw, TIP
+from bristle_ros.physics.motion import (APPROACHING, BASICS, CONSTANT, Drive, FORWARD, FRAME, LEFT,
+                                        new_motion, SINE, SPEED, VAP)
+from bristle_ros.physics.step import (AUDIT, BATCH, COUNTS, generalized_alpha, hht, Model, newmark,
+                                      PARTS, Scratch, State)
+from bristle_ros.physics.wire import (BLOCK, block_count, chain_work, ELEMENTS, INERTIA, LANES,
+                                      MASS, MIDS, Q, Q0, RECORD, ROWS, Section, WEIGHT, X, X0)
+from bristle_ros.scene import SceneError, tip_depth
+import numpy as np
+
+SHEAR_CORRECTION = 5.0 / 6.0    # rectangle
+FILLER = 1e-30      # mass [kg] and inertia [kg m^2] of nodes that only fill the last block
+# local error [bristle lengths] that no step may have, of fixed length or not: a motion that
+# would be resolved worse can gain energy from nowhere (report's campaign: from 1e-3 on)
+WORST_ERROR = 2e-4
+PROFILES = {'constant': CONSTANT, 'sine': SINE, 'vap': VAP}
+
+
+def torsion_constant(a, b):
+    """
+    Return St Venant's torsion constant of a rectangle with sides a, b [m], in m^4.
+
+    Source: Timoshenko, Goodier, Theory of Elasticity, art. 109: the series in tanh.
+    """
+    long, short = max(a, b), min(a, b)
+    total = sum(math.tanh(n * math.pi * long / (2.0 * short)) / n ** 5 for n in range(1, 40, 2))
+    return long * short ** 3 / 3.0 * (1.0 - 192.0 * short / (math.pi ** 5 * long) * total)
+
+
+def section_of(scene):
+    """Return the Section of a scene's bristle: y along the breadth, z along the width."""
+    b = scene.bristle
+    area = b.breadth * b.width
+    shear_modulus = b.youngs_modulus / (2.0 * (1.0 + b.poissons_ratio))
+    shear = SHEAR_CORRECTION * shear_modulus * area
+    return Section(
+        axial=b.youngs_modulus * area, shear_y=shear, shear_z=shear,
+        torsion=shear_modulus * torsion_constant(b.breadth, b.width),
+        bending_y=b.youngs_modulus * b.breadth * b.width ** 3 / 12.0,
+        bending_z=b.youngs_modulus * b.width * b.breadth ** 3 / 12.0,
+        element_length=b.length / scene.solver.elements)
+
+
+def scheme_of(scene):
+    """Return the integrator's coefficients."""
+    solver = scene.solver
+    if solver.integrator == 'generalized_alpha':
+        return generalized_alpha(solver.spectral_radius, solver.tolerance)
+    make = newmark if solver.integrator == 'newmark' else hht
+    return make(solver.amplitude_decay, solver.tolerance)
+
+
+def local_error_of(scene, tolerance):
+    """Return the local error [m] that a step may have; tolerance: that of adaptive steps."""
+    if scene.solver.step != 'adaptive':
+        tolerance = WORST_ERROR
+    return min(tolerance, WORST_ERROR) * scene.bristle.length
+
+
+def contact_law(scene):
+    """Return the ContactLaw, or None where the scene has no contact."""
+    if not scene.contact.enabled:
+        return None
+    stiffness = scene.contact.normal_stiffness
+    return ContactLaw(0.0 if math.isinf(stiffness) else stiffness, scene.contact.damping,
+                      scene.friction.static, scene.friction.kinetic, scene.friction.decay)
+
+
+def viscosity_of(scene):
+    """Return beta_D [s], or None where it is zero."""
+    return scene.damping.stiffness or None
+
+
+def drive_of(scene, time_step):
+    """Return the Drive with load steps of `time_step` [s]."""
+    d, road = scene.drive, scene.road
+    x, y = scene.sweeper.mount_position
+    profile = PROFILES[d.profile] if d.alternating_speed else CONSTANT
+    return Drive(
+        profile, d.alternating_speed, d.frequency, d.shape, scene.brush.start_angle,
+        math.cos(road.attack_angle), math.sin(road.attack_angle), road.tilt_azimuth,
+        scene.gravity, tip_depth(scene), road.penetration, road.approach_time, x, y, time_step)
+
+
+def clamp_of(scene):
+    """Return position and quaternion (w, x, y, z) of the clamp in the bristle's own axes: (7,)."""
+    phi, gamma = scene.brush.mount_angle, scene.brush.mount_orientation
+    # x to (sin phi, 0, -cos phi) with y kept: a turn about y by pi/2 - phi; then gamma about x
+    tilt = 0.5 * (math.pi / 2.0 - phi)
+    lean = np.array([math.cos(tilt), 0.0, math.sin(tilt), 0.0])
+    c, s = math.cos(0.5 * gamma), math.sin(0.5 * gamma)
+    quaternion = np.array([c * lean[0], s * lean[0], c * lean[2], -s * lean[2]])
+    return np.concatenate(([scene.brush.mount_radius, 0.0, 0.0], quaternion))
+
+
+def build_model(scene):
+    """Return the Model of a scene."""
+    count = scene.brush.bristle_count
+    angles = 2.0 * math.pi * np.arange(count) / count
+    azimuth = np.column_stack((np.cos(angles), np.sin(angles), np.cos(angles / 2.0),
+                               np.sin(angles / 2.0)))
+    clamp = clamp_of(scene)
+    # of the two quaternions of each azimuth the one with which the tip's own starts with w >= 0
+    azimuth[azimuth[:, 2] * clamp[3] - azimuth[:, 3] * clamp[6] < 0.0, 2:] *= -1.0
+    section = section_of(scene)
+    b = scene.bristle
+    return Model(
+        scene.solver.elements, block_count(scene.solver.elements), count,
+        scene.solver.integration_time_step, section, scheme_of(scene),
+        drive_of(scene, scene.solver.time_step), drive_of(scene, 0.0), scene.damping.mass, azimuth,
+        clamp, b.density * b.breadth * b.width * section.element_length / 6.0,
+        float(scene.brush.wires_per_bristle), scene.solver.load_case == 'displacement',
+        local_error_of(scene, scene.solver.error_tolerance))
+
+
+def new_scratch(model):
+    """Return the room that kernels work in."""
+    return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
+                   np.zeros((2, FRAME)), np.zeros((2, BASICS)),
+                   np.zeros((BATCH * PARTS + 1, FRAME)), np.zeros(BATCH * PARTS + 1, np.int64),
+                   np.zeros((model.blocks, BLOCK)),
+                   np.zeros(TIP), np.zeros(AUDIT), np.zeros(3, np.int64))
+
+
+def straight_nodes(scene, model):
+    """Return the node array of one straight bristle at rest: (blocks, BLOCK), see layout.py."""
+    nodes = np.zeros((model.blocks, ROWS, LANES))
+    nodes[:, Q] = nodes[:, Q0] = 1.0
+    # fillers: next to nothing, so that no sum over lanes has to know of them
+    nodes[:, MASS] = FILLER
+    nodes[:, INERTIA:INERTIA + 3] = FILLER
+    b = scene.bristle
+    length = model.section.element_length
+    mass = b.density * b.breadth * b.width * length
+    about_y = b.density * b.breadth * b.width ** 3 / 12.0 * length
+    about_z = b.density * b.width * b.breadth ** 3 / 12.0 * length
+    inertia = np.array([about_y + about_z, about_y, about_z])
+    phi = scene.brush.mount_angle
+    along = np.array([math.sin(phi), 0.0, -math.cos(phi)])
+    for element in range(model.elements):
+        block, lane = divmod(element, ELEMENTS)
+        tip = element == model.elements - 1
+        for column, share, distance in (
+                (lane, 4.0 / 6.0, element + 0.5),
+                (ELEMENTS + lane, 1.0 / 6.0 if tip else 2.0 / 6.0, element + 1.0)):
+            nodes[block, X:X + 3, column] = model.clamp[:3] + distance * length * along
+            nodes[block, Q:Q + 4, column] = model.clamp[3:]
+            nodes[block, MASS, column] = share * mass
+            nodes[block, INERTIA:INERTIA + 3, column] = share * inertia
+        nodes[block, WEIGHT, [lane, ELEMENTS + lane]] = 0.5 * length
+    nodes[:, X0:X0 + 7] = nodes[:, X:X + 7]
+    return nodes.reshape(model.blocks, BLOCK)
+
+
+def start_motion(scene):
+    """Return the ramps at the start: mean speed, the sweeper's velocity, the approach."""
+    motion = new_motion()
+    motion[SPEED + 1:SPEED + 3] = scene.drive.mean_speed
+    for at, value in zip((FORWARD, LEFT), scene.sweeper.velocity):
+        motion[at + 1:at + 3] = value
+    motion[APPROACHING] = 1.0
+    return motion
+
+
+def turn_nodes(state, angle):
+    """Turn all nodes of a state about the brush axis by `angle` [rad], in place."""
+    rows = state.nodes.reshape(-1, ROWS, LANES)
+    c, s = math.cos(angle), math.sin(angle)
+    x, y = rows[:, X].copy(), rows[:, X + 1].copy()
+    rows[:, X], rows[:, X + 1] = c * x - s * y, s * x + c * y
+    c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
+    w, i, j, k = (rows[:, Q + row].copy() for row in range(4))
+    rows[:, Q], rows[:, Q + 1], rows[:, Q + 2], rows[:, Q + 3] = (
+        c * w - s * k, c * i - s * j, c * j + s * i, c * k + s * w)
+    rows[:, X0:X0 + 7] = rows[:, X:X + 7]
+
+
+def build_state(scene, model):
+    """Return the State before the start: straight, at theta = 0, accelerations not filled yet."""
+    nodes = np.tile(straight_nodes(scene, model), (model.bristles, 1, 1))
+    return State(
+        nodes, np.zeros((model.bristles, model.blocks, MIDS)),
+        np.zeros((model.bristles, model.elements, RECORD)),
+        np.zeros((model.bristles, TIP)), np.zeros((model.bristles, COUNTS), np.int64),
+        start_motion(scene), np.zeros(1, np.int64), np.zeros((model.bristles, AUDIT)))
+
+
+def check_start(scene, gaps):
+    """Raise SceneError where a tip starts inside the road; gaps [m] : (B,)."""
+    lowest = int(np.argmin(gaps))
+    if scene.contact.enabled and gaps[lowest] < -1e-12:
+        raise SceneError(
+            f'bristle {lowest} would start {-gaps[lowest]:.3g} m inside the road: give '
+            'road.approach_time > 0, a smaller penetration or another brush.start_angle',
+            key='road.penetration', value=scene.road.penetration)

@@ -1,0 +1,348 @@
+"""One scene being stepped: model, state and the compiled functions that it needs, no more."""
+import math
+from numbers import Real
+from operator import index
+import time
+
+from bristle_ros.physics.contact import GAP
+from bristle_ros.physics.motion import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, RAMP,
+                                        ramp_at as compiled_ramp_at, renew_rates, ROTATION, SPEED,
+                                        split_load_step, YAW)
+from bristle_ros.physics.step import (FAILURES, initialise, NEWTON, NO_CONVERGENCE, NOT_FINITE,
+                                      output, own_frame, SINGULAR_MATRIX, SUBSTEPS, UNFINISHED)
+from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
+from bristle_ros.scene import depth_refusal, Scene, spell, to_parameters
+import numpy as np
+
+from .equilibrium import settle_state
+from .model import (build_model, build_state, check_start, contact_law, local_error_of,
+                    new_scratch, turn_nodes, viscosity_of)
+from .snapshot import Snapshot
+from .stepper import Stepper
+
+# what failed in the smallest sub-step, and what may do
+REASONS = {
+    SINGULAR_MATRIX: 'the iteration matrix became singular: a smaller '
+                     'solver.integration_time_step may do',
+    NO_CONVERGENCE: "Newton's corrections did not shrink: a smaller solver.integration_time_step "
+                    'or some damping.stiffness may do',
+    NOT_FINITE: 'forces or positions overflowed: look at the sizes of bristle.* and drive.*',
+    UNFINISHED: 'the step was not done after as many sub-steps as there may be: a smaller '
+                'solver.integration_time_step may do',
+}
+LOADS = "the brush's motion is not finite there: that is no fault of the scene, please report it"
+
+
+# A few commands a second are not worth a compiled function that has to be loaded.
+ramp_at = getattr(compiled_ramp_at, 'py_func', compiled_ramp_at)
+
+HIGHEST = 10.0  # [m] that a command may lift the brush: what road.penetration may be
+MOST_STEPS = 2**62  # of one call: what a kernel can count
+SLACK = 2e-5    # of an integration step, when a time is compared with a ramp's end
+
+
+class StepFailure(RuntimeError):
+    """The simulation could not go on; the state is the last good one."""
+
+    def __init__(self, at, step, reason):
+        """Keep when [s], in which step and why."""
+        super().__init__(f'stopped at t = {at:.9g} s, step {step}: {reason}')
+        self.time = at
+        self.step = step
+        self.reason = reason
+
+
+class CommandRefused(ValueError):
+    """A command that cannot be followed; `str()` is one line with the topic, value and limit."""
+
+
+def values_of(topic, values):
+    """Return the values of a command, also a bare number, as a tuple of floats."""
+    if isinstance(values, Real) or getattr(values, 'ndim', 1) == 0:
+        values = values,
+    try:
+        if any(isinstance(value, (str, bytes)) for value in (values, *values)):
+            raise TypeError
+        return tuple(float(value) for value in values)
+    except (TypeError, ValueError, OverflowError):
+        raise CommandRefused(f'{topic}: {values!r}: must be numbers') from None
+
+
+class Simulation:
+    """
+    A scene being stepped.
+
+    scene : Scene
+    energies : bool    keep the accounts of work and dissipation (snapshots have NaN without)
+    threads : int      that share out the bristles; None: what the machine has. The bits are the
+                       same for any number
+
+    Building compiles what the scene needs (`compile_time` [s]) and puts the brush at its start.
+    Raises SceneError where a bristle would start inside the road.
+    """
+
+    def __init__(self, scene, *, energies=False, threads=None):
+        """Build, compile and go to the start."""
+        self.scene = scene
+        self.its = scene.solver.integration_time_step
+        began = time.perf_counter()
+        self._energies = energies
+        model = build_model(scene)
+        self._law = contact_law(scene)
+        self._viscosity = viscosity_of(scene)
+        self._scratch = new_scratch(model)
+        self._rows = np.zeros((model.bristles, output.BRISTLE_COLUMNS))
+        self._totals = np.zeros(output.TOTALS)
+        self.state = build_state(scene, model)
+        self._stepper = Stepper(model, self._law, self._viscosity, self.state, accounting=energies,
+                                threads=threads)
+        self._start = None
+        self._to_start()
+        self._warm()
+        self.compile_time = time.perf_counter() - began
+
+    def __repr__(self):
+        """Say how far it is, how many bristles, and in what the scene is not the default one."""
+        usual = to_parameters(Scene())
+        keys = [f'{key}: {spell(value)}' for key, value in to_parameters(self.scene).items()
+                if value != usual[key]]
+        count = self.model.bristles
+        return (f'<Simulation at t = {self.step * self.its:.9g} s, step {self.step}; {count} '
+                f'bristle{"s" * (count != 1)}; scene: {", ".join(keys) or "the default"}>')
+
+    @property
+    def model(self):
+        """Return the Model being stepped; another of the same sizes may take its place."""
+        return self._stepper.model
+
+    @model.setter
+    def model(self, model):
+        self._stepper.model = model
+
+    @property
+    def step(self):
+        """Integration steps since the start."""
+        return int(self.state.step[0])
+
+    @property
+    def newton_failures(self):
+        """Return attempts at a step that Newton gave up, all bristles, since the start."""
+        return int(self.state.counts[:, FAILURES].sum())
+
+    def _to_start(self):
+        steady = self.scene.solver.start == 'steady'
+        if steady:
+            settle_state(self.scene, self.model, self.state, self._scratch)
+        if self.model.displacement:
+            turn_nodes(self.state, self.scene.brush.start_angle)
+        initialise(self.model, self._viscosity, self.state, self._scratch)
+        gaps = self._start_gaps()
+        if not steady:
+            check_start(self.scene, gaps)
+        self._start = [array.copy() for array in self.state]
+
+    def _start_gaps(self):
+        """Return the tips' gaps to the road [m] (B,), and keep them in the tip records."""
+        frame = self._scratch.frames[0]
+        positions = self.centreline_own()[:, -1]
+        gaps = np.empty(self.model.bristles)
+        for bristle, azimuth in enumerate(self.model.azimuth):
+            own_frame(self.model, self.state.motion, azimuth, 0.0, self._scratch, frame)
+            gaps[bristle] = frame[ROTATION + 6:ROTATION + 9] @ positions[bristle] + frame[HEIGHT]
+        self.state.tip[:, GAP] = gaps
+        return gaps
+
+    def _warm(self):
+        """Compile by taking no step and one look; neither changes the state."""
+        self._stepper.warm()
+        self._observe()
+        drive, motion = self.model.drive, self.state.motion.copy()
+        if drive.time_step:
+            split_load_step(0.5 * drive.time_step, drive, motion, self._scratch.basics)
+            renew_rates(0.5 * drive.time_step, drive, motion, self._scratch.basics)
+
+    def advance(self, steps):
+        """
+        Advance by `steps` integration steps in compiled calls that let go of the GIL.
+
+        steps : int, 0 or more; anything else is a TypeError or ValueError
+
+        Raises StepFailure where even the smallest sub-step fails; the state is then the one at the
+        start of the failed step.
+        """
+        steps = index(steps)
+        if not 0 <= steps <= MOST_STEPS:
+            raise ValueError(f'{steps} steps: must be 0 to {MOST_STEPS}')
+        status, bristle = self._stepper.advance(steps)
+        if status:
+            step = self.step
+            reason = REASONS[status] if self._loads_finite(step) else LOADS
+            if self.model.bristles > 1:
+                reason = f'bristle {bristle}: {reason}'
+            raise StepFailure(step * self.its, step, reason)
+
+    def _loads_finite(self, step):
+        """Whether the frame's motion is finite at the ends of a step."""
+        frame = self._scratch.frames[0]
+        finite = True
+        for end in (step, step + 1):
+            own_frame(self.model, self.state.motion, self.model.azimuth[0], end * self.its,
+                      self._scratch, frame)
+            finite = finite and bool(np.isfinite(frame).all())
+        return finite
+
+    def reset(self):
+        """Go back to the scene's start, step 0."""
+        self._stepper.forget()
+        for array, start in zip(self.state, self._start):
+            array[:] = start
+
+    def set_error_tolerance(self, tolerance):
+        """
+        Let adaptive steps have this local error, relative to the length; resets keep it.
+
+        No step may have more than model.WORST_ERROR.
+        """
+        self.model = self.model._replace(local_error=local_error_of(self.scene, tolerance))
+
+    def check_command(self, topic, values):
+        """Raise CommandRefused where `command` would; change nothing."""
+        self._limits(topic, values)
+
+    def command(self, topic, values):
+        """
+        Follow a command from now on.
+
+        topic : 'cmd_brush_speed' (rad/s,), 'cmd_vel' (m/s, m/s, rad/s) or 'cmd_penetration' (m,)
+        Changes are limited by drive.max_acceleration, sweeper.max_acceleration,
+        sweeper.max_yaw_acceleration and road.max_rate. Raises CommandRefused.
+        """
+        values = self._limits(topic, values)
+        drive, now = self.model.drive, self.step * self.its
+        if drive.time_step:
+            split_load_step(now, drive, self.state.motion, self._scratch.basics)
+        self._follow(topic, values, now)
+        if drive.time_step:
+            renew_rates(now, drive, self.state.motion, self._scratch.basics)
+
+    def _follow(self, topic, values, now):
+        scene = self.scene
+        if topic == 'cmd_brush_speed':
+            self._ramp(SPEED, now, values[0], scene.drive.max_acceleration)
+        elif topic == 'cmd_penetration':
+            if self.state.motion[APPROACHING]:
+                self.state.motion[PENETRATION:PENETRATION + RAMP] = (
+                    now, self._depth(now), self._depth(now), 0.0, 0.0, 0.0)
+                self.state.motion[APPROACHING] = 0.0
+            self._ramp(PENETRATION, now, values[0], scene.road.max_rate)
+        else:
+            motion = self.state.motion
+            change = math.hypot(values[0] - ramp_at(motion, FORWARD, now)[0],
+                                values[1] - ramp_at(motion, LEFT, now)[0])
+            duration = change / scene.sweeper.max_acceleration
+            self._ramp(FORWARD, now, values[0], None, duration)
+            self._ramp(LEFT, now, values[1], None, duration)
+            self._ramp(YAW, now, values[2], scene.sweeper.max_yaw_acceleration)
+
+    def _ramp(self, at, now, target, limit, duration=None):
+        motion = self.state.motion
+        value, _, integral = ramp_at(motion, at, now)
+        if duration is None:
+            duration = abs(target - value) / limit
+        # whole steps: a kink inside a step would be missed, or taken for all of it
+        duration = math.ceil(duration / self.its - 1e-9) * self.its
+        slack = SLACK * self.its if duration else 0.0
+        motion[at:at + RAMP] = (now, value, target, duration, integral, slack)
+
+    def _depth(self, now):
+        road = self.scene.road
+        if now >= road.approach_time:
+            return road.penetration
+        s = now / road.approach_time
+        return road.penetration * s * s * (3.0 - 2.0 * s)
+
+    def sweeper_motion(self):
+        """Return (height of the mount [m], heading [rad], forward, left [m/s] of the base)."""
+        now, motion = self.step * self.its, self.state.motion
+        depth = (self._depth(now) if motion[APPROACHING]
+                 else ramp_at(motion, PENETRATION, now)[0])
+        return (self.model.drive.tip_depth - depth, ramp_at(motion, YAW, now)[2],
+                ramp_at(motion, FORWARD, now)[0], ramp_at(motion, LEFT, now)[0])
+
+    def _limits(self, topic, values):
+        scene = self.scene
+        wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1}
+        if not isinstance(topic, str) or topic not in wanted:
+            raise CommandRefused(f'{topic}: no such command; there are {", ".join(wanted)}')
+        values = values_of(topic, values)
+        if len(values) != wanted[topic]:
+            raise CommandRefused(f'{topic}: {len(values)} values, wants {wanted[topic]}')
+        if not all(math.isfinite(value) for value in values):
+            raise CommandRefused(f'{topic}: {values} is not finite')
+        if topic == 'cmd_brush_speed' and abs(values[0]) > scene.drive.max_speed:
+            raise CommandRefused(f'{topic}: {values[0]:g} rad/s is beyond drive.max_speed = '
+                                 f'{scene.drive.max_speed:g} rad/s')
+        if topic == 'cmd_vel':
+            if math.hypot(*values[:2]) > scene.sweeper.max_speed:
+                raise CommandRefused(
+                    f'{topic}: {math.hypot(*values[:2]):g} m/s is beyond sweeper.max_speed = '
+                    f'{scene.sweeper.max_speed:g} m/s')
+            if abs(values[2]) > scene.sweeper.max_yaw_rate:
+                raise CommandRefused(
+                    f'{topic}: {values[2]:g} rad/s is beyond sweeper.max_yaw_rate = '
+                    f'{scene.sweeper.max_yaw_rate:g} rad/s')
+        if topic == 'cmd_penetration':
+            too_deep = depth_refusal(scene, values[0])
+            if too_deep:
+                raise CommandRefused(f'{topic}: {values[0]:g} m {too_deep}')
+            if values[0] < -HIGHEST:
+                raise CommandRefused(f'{topic}: {values[0]:g} m; the brush is lifted by at most '
+                                     f'{HIGHEST:g} m (-{HIGHEST:g})')
+        return values
+
+    def _observe(self):
+        output.observe(self.model, self._law, self._viscosity, self.state, self._scratch,
+                       self._rows, self._totals)
+
+    def snapshot(self):
+        """Return the outputs of the present state as a Snapshot of its own arrays."""
+        self._observe()
+        rows, totals = self._rows.copy(), self._totals.copy()
+        energies = totals[output.KINETIC:output.DONE + 1]
+        if not self._energies:
+            energies = np.full(4, math.nan)
+        counts = self.state.counts.sum(axis=0)
+        step = self.step
+        part = [rows[:, a:b] for a, b in (
+            (0, 3), (3, 6), (6, 9), (9, 13), (13, 17), (17, 20), (20, 23), (23, 26), (26, 29),
+            (29, 32))]
+        return Snapshot(
+            step, step * self.its, totals[output.ANGLE], totals[output.SPEED], *part,
+            totals[0:3], totals[3:6], totals[6:9], totals[9:12], *energies,
+            int(counts[NEWTON]), int(counts[SUBSTEPS]),
+            float(rows[:, output.ERROR].max()) / self.scene.bristle.length)
+
+    def centreline_own(self):
+        """Return the nodes from clamp to tip in each bristle's own axes [m]: (B, nodes, 3)."""
+        nodes = self.state.nodes.reshape(self.model.bristles, self.model.blocks, ROWS, LANES)
+        positions = nodes[:, :, X:X + 3, :]
+        mids = positions[..., :ELEMENTS].transpose(0, 1, 3, 2).reshape(self.model.bristles, -1, 3)
+        ends = positions[..., ELEMENTS:].transpose(0, 1, 3, 2).reshape(self.model.bristles, -1, 3)
+        line = np.empty((self.model.bristles, 2 * self.model.elements + 1, 3))
+        line[:, 0] = self.model.clamp[:3]
+        line[:, 1::2] = mids[:, :self.model.elements]
+        line[:, 2::2] = ends[:, :self.model.elements]
+        return line
+
+    def centreline(self):
+        """Return the nodes from clamp to tip in mount axes [m]: (B, nodes, 3)."""
+        self._observe()
+        theta = self._totals[output.ANGLE]
+        c, s = math.cos(theta), math.sin(theta)
+        cosine = c * self.model.azimuth[:, 0] - s * self.model.azimuth[:, 1]
+        sine = s * self.model.azimuth[:, 0] + c * self.model.azimuth[:, 1]
+        own = self.centreline_own()
+        turned = own.copy()
+        turned[..., 0] = cosine[:, None] * own[..., 0] - sine[:, None] * own[..., 1]
+        turned[..., 1] = sine[:, None] * own[..., 0] + cosine[:, None] * own[..., 1]
+        return turned

@@ -1,0 +1,187 @@
+"""What viewers draw: bytes against two other encoders, geometry against the simulation."""
+from bristle_ros.messages import encode as messages, view as messages_view
+from bristle_ros.physics.contact.tip import GAP
+from bristle_ros.scene.error import SceneError
+from bristle_ros.scene.scene import from_parameters
+from bristle_ros.simulation.mount_path import MountPath, Pose
+from bristle_ros.simulation.simulation import Simulation
+from examples import random_snapshot
+import numpy as np
+import pytest
+from rclpy.serialization import deserialize_message, serialize_message
+from rosbags.typesys import get_typestore, Stores
+from visualization_msgs.msg import Marker, MarkerArray
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+STAMP = 1_790_000_000_123_456_789
+QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])   # a turn by 90 degrees
+POSE = Pose(np.array([1.0, 2.0, 0.3]), QUARTER, (0.0, 0.0, 0.5 ** 0.5, 0.5 ** 0.5))
+
+
+def scene_of(**more):
+    return from_parameters({'brush.bristle_count': 3, 'solver.elements': 2, **more}, 'test')
+
+
+def points(marker):
+    return np.array([(point.x, point.y, point.z) for point in marker.points])
+
+
+@pytest.mark.parametrize('prefix', ['', 'left/', 'längst'])
+@pytest.mark.parametrize('road', [True, False])
+def test_marker_bytes_are_those_of_rosbags_and_rclpy(prefix, road):
+    scene = scene_of(**{'run.frame_prefix': prefix, 'contact.enabled': road})
+    payload = messages_view.Markers(scene).encode(
+        STAMP, random_snapshot(1, 3), np.random.default_rng(2).normal(size=(3, 5, 3)), POSE)
+    read = STORE.deserialize_cdr(payload, messages.MARKERS)
+    assert bytes(STORE.serialize_cdr(read, messages.MARKERS)) == payload
+    array = deserialize_message(payload, MarkerArray)
+    assert len(serialize_message(array)) == len(payload)
+    assert len(array.markers) == (5 if road else 1)
+    for marker in array.markers:
+        assert marker.header.stamp.sec * 10**9 + marker.header.stamp.nanosec == STAMP
+        frame = 'road' if marker.ns == 'road' else 'brush_mount'
+        assert marker.header.frame_id == prefix + frame
+        assert marker.scale.x > 0.0
+        assert marker.color.a > 0.0
+        assert marker.pose.orientation.w == 1.0
+
+
+def test_what_the_markers_show():
+    snapshot = random_snapshot(3, 3)
+    forces = np.array([[0.0, 0.0, 0.2], [0.0, 0.0, 0.0], [3.0, 0.0, 400.0]])
+    snapshot = snapshot._replace(contact_force=forces)
+    line = np.random.default_rng(4).normal(size=(3, 5, 3))
+    scene = scene_of()
+    layout = messages_view.Markers(scene)
+    for snap in (random_snapshot(5, 3), snapshot):      # the second shows nothing of the first
+        payload = layout.encode(STAMP, snap, line, POSE)
+    bristles, road, *arrows = deserialize_message(payload, MarkerArray).markers
+    assert bristles.type == Marker.LINE_LIST
+    drawn = points(bristles).reshape(3, 4, 2, 3)
+    assert (drawn[:, :, 0] == line[:, :-1]).all()
+    assert (drawn[:, :, 1] == line[:, 1:]).all()
+
+    assert road.type == Marker.CUBE
+    assert (road.pose.position.x, road.pose.position.y) == (1.0, 2.0)
+    assert road.pose.position.z + 0.5 * road.scale.z == pytest.approx(0.0, abs=1e-15)
+    diameter = 2.0 * (0.1125 + 0.24 * np.sin(scene.brush.mount_angle))
+    assert road.scale.x == road.scale.y == pytest.approx(2.0 * diameter)
+    assert 0.0 < road.color.a < 1.0
+
+    assert [arrow.type for arrow in arrows] == [Marker.ARROW] * 3
+    assert [arrow.action for arrow in arrows] == [Marker.ADD, Marker.DELETE, Marker.ADD]
+    tips = snapshot.tip_position_mount
+    # Up stays up in a mount that is only turned about z; forward is to its right.
+    np.testing.assert_allclose(points(arrows[0]),
+                               [tips[0], tips[0] + [0, 0, 0.2 * messages_view.FORCE_SCALE]])
+    start, end = points(arrows[2])
+    assert np.linalg.norm(end - start) == pytest.approx(0.24)     # an impact, cut to a bristle
+    np.testing.assert_allclose((end - start) / 0.24 * np.linalg.norm(forces[2]), [0, -3, 400])
+
+
+@pytest.mark.parametrize(('mode', 'links'), [
+    ('all', [('road', 'brush_mount'), ('brush_mount', 'brush')]),
+    ('mount', [('road', 'brush_mount')])])
+@pytest.mark.parametrize('prefix', ['', 'left/'])
+def test_transform_bytes_are_those_of_rosbags(mode, links, prefix):
+    snapshot = random_snapshot(6)
+    payload = messages_view.encode_transforms(STAMP, prefix, snapshot, POSE, mode)
+    read = STORE.deserialize_cdr(payload, messages.TF)
+    assert bytes(STORE.serialize_cdr(read, messages.TF)) == payload
+    assert [(one.header.frame_id, one.child_frame_id) for one in read.transforms] == [
+        (prefix + parent, prefix + child) for parent, child in links]
+    for one in read.transforms:
+        assert one.header.stamp.sec * 10**9 + one.header.stamp.nanosec == STAMP
+    moved = read.transforms[0].transform
+    assert (moved.translation.x, moved.translation.y, moved.translation.z) == (1.0, 2.0, 0.3)
+    if mode == 'all':
+        turn = read.transforms[1].transform.rotation
+        assert 2.0 * np.arctan2(turn.z, turn.w) == pytest.approx(snapshot.theta)
+
+
+def test_logged_transforms_come_back_and_mangled_ones_are_refused():
+    topic = messages_view.transforms_topic('left/', lambda: POSE)
+    payload = topic.encode(random_snapshot(6), STAMP)
+    message = STORE.deserialize_cdr(payload, messages.TF)
+    values = topic.decode(payload)
+    assert len(values) == len(topic.fields) == sum(topic.groups)
+    for field, value in zip(topic.fields, values):
+        assert eval(f'message.{field}', {'message': message}) == value
+    for length in range(4, len(payload) - 4):
+        with pytest.raises(ValueError):     # noqa: PT011
+            topic.decode(payload[:length] + b'\xff' * 4)
+
+
+def rotated(quaternion, vectors):
+    """Return the quaternion as a matrix, from its definition: no other formula of ours."""
+    x, y, z, w = quaternion
+    axis = np.array([x, y, z])
+    return (vectors + 2.0 * np.cross(axis, np.cross(axis, vectors) + w * vectors))
+
+
+def test_the_mount_is_where_the_simulation_has_it():
+    """Tip positions in both axes come from the compiled code, and so do the gaps to the road."""
+    scene = scene_of(**{
+        'road.attack_angle': 0.3, 'road.tilt_azimuth': 0.7, 'road.approach_time': 0.01,
+        'sweeper.velocity': [1.0, 0.5], 'sweeper.mount_position': [0.8, -0.6],
+        'solver.integration_time_step': 5e-4, 'solver.elements': 3})
+    simulation, path = Simulation(scene), MountPath(scene)
+    simulation.command('cmd_vel', (1.5, -0.2, 0.8))
+    way, before = np.zeros(2), None
+    for step in range(1, 601):
+        if step == 300:
+            simulation.command('cmd_penetration', (0.02,))
+        simulation.advance(1)
+        snapshot = simulation.snapshot()
+        _, heading, *velocity = simulation.sweeper_motion()
+        c, s = np.cos(heading), np.sin(heading)
+        velocity = np.array([[c, -s], [s, c]]) @ velocity
+        way += 5e-4 * (velocity if before is None else 0.5 * (velocity + before))
+        before = velocity
+        if step % 10 == 0:
+            pose = path.follow(simulation, 0)
+            tips = snapshot.tip_position_mount
+            np.testing.assert_allclose(tips @ pose.rotation.T, snapshot.tip_position_road,
+                                       atol=1e-13)
+            np.testing.assert_allclose(rotated(pose.orientation, tips),
+                                       snapshot.tip_position_road, atol=1e-13)
+            np.testing.assert_allclose(snapshot.tip_position_road[:, 2] + pose.position[2],
+                                       simulation.state.tip[:, GAP], atol=1e-12)
+    assert heading > 0.05
+    base = pose.position[:2] - np.array([[c, -s], [s, c]]) @ (0.8, -0.6)
+    np.testing.assert_allclose(base, way, atol=1e-3 * np.hypot(*way))
+    simulation.reset()
+    simulation.advance(10)
+    pose = path.follow(simulation, 1)
+    np.testing.assert_allclose(pose.position[:2], [0.8 + 0.005, -0.6 + 0.0025], atol=1e-9)
+
+
+def test_a_prefix_goes_before_every_frame_and_changes_no_value():
+    snapshot = random_snapshot(7)
+    for bare, topic in zip(messages.topics(), messages.topics('left/')):
+        payload = topic.encode(snapshot, STAMP)
+        read = STORE.deserialize_cdr(payload, topic.type)
+        assert bytes(STORE.serialize_cdr(read, topic.type)) == payload
+        other = STORE.deserialize_cdr(bare.encode(snapshot, STAMP), bare.type)
+        prefix = 'left/' if other.header.frame_id else ''
+        assert read.header.frame_id == prefix + other.header.frame_id
+        assert bare.decode(payload) == topic.decode(payload) == bare.decode(
+            bare.encode(snapshot, STAMP))
+    with pytest.raises(ValueError, match='do not fit'):
+        messages.topics()[0].decode(payload[:-8])
+
+
+def test_a_prefix_that_tf2_would_refuse():
+    with pytest.raises(SceneError, match=r'run\.frame_prefix = "/left": tf2 knows no frames'):
+        scene_of(**{'run.frame_prefix': '/left'})
+
+
+def test_diagnostics_come_back_and_mangled_ones_are_refused():
+    statuses = [(1, 'left/brush_node: simulation', 'late', 'brush', {'late chunks': '3', 'a': ''}),
+                (0, 'log', '', '', {})]
+    payload = messages.encode_diagnostics(STAMP, statuses)
+    assert messages.decode_diagnostics(payload) == [(name, values)
+                                                    for _, name, _, _, values in statuses]
+    for length in range(4, len(payload) - 4):
+        with pytest.raises(ValueError):     # noqa: PT011
+            messages.decode_diagnostics(payload[:length] + b'\xff' * 4)

@@ -1,0 +1,153 @@
+"""The stability campaign in short, and that its checks see what they are there to see."""
+from bristle_ros import report
+from bristle_ros.report.stability import campaign, cases as campaign_cases
+from bristle_ros.report.stability.checks import spring_force, Watch
+from bristle_ros.scene.scene import from_parameters, keys
+from bristle_ros.simulation.simulation import Simulation
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope='module')
+def results():
+    cases = campaign_cases.short()
+    return {case.name: campaign.run_case(case, 600.0) for case in cases}
+
+
+def test_short_campaign_ends_well(results):
+    assert len(results) >= 25
+    odd = {name: (result.kind, result.reason) for name, result in results.items()
+           if result.kind != 'finished'}
+    # a start inside the road is the one thing that is refused
+    assert odd.pop('level: inside the road')[0] == 'refused'
+    assert odd == {}
+
+
+def test_measures_are_those_of_real_runs(results):
+    level = results['level: as it is']
+    assert level.steps == 1000
+    assert level.newton >= level.steps
+    assert level.measures['largest_force_n'] > 0.0
+    assert 0.0 < level.measures['entered_m'] < 1e-3
+
+
+def watched(changes=None):
+    case = campaign_cases.make_case('', 'level', {'road.approach_time': 0.02, **(changes or {})},
+                                    0.1)
+    scene = from_parameters(case.parameters, 'test')
+    simulation = Simulation(scene, energies=True)
+    watch = Watch(scene, simulation, follows_road=True)
+    watch.look(simulation.snapshot())
+    while simulation.step < 1000:
+        simulation.advance(10)
+        before = simulation.snapshot()
+        simulation.advance(1)
+        now = simulation.snapshot()
+        if before.contact_force[0, 2] > 0.01 and now.contact_force[0, 2] > 0.01 and (
+                now.substeps == before.substeps):
+            break
+    watch.before_step(before)
+    return watch, now
+
+
+@pytest.mark.parametrize(('spoil', 'word'), [
+    (lambda s: s._replace(tip_position=np.full((1, 3), np.nan)), 'not finite'),
+    (lambda s: s._replace(energy_kinetic=s.energy_kinetic + s.energy_elastic + 1.0),
+     'energy from nowhere'),
+    (lambda s: s._replace(contact_force=s.contact_force * (10.0, 10.0, 1.0)), 'outside its cone'),
+    (lambda s: s._replace(contact_force=-s.contact_force), 'the road pulls'),
+    (lambda s: s._replace(contact_force=s.contact_force * 1.1), 'the penetration explains'),
+    (lambda s: s._replace(tip_position=s.tip_position * 1.2), 'lengths from the clamp')])
+def test_a_spoilt_output_is_seen(spoil, word):
+    watch, snapshot = watched()
+    watch.look(snapshot, stepped=True)
+    assert watch.wrong == []
+    watch.look(spoil(snapshot), stepped=True)
+    assert word in ' '.join(watch.wrong)
+
+
+def test_a_rigid_road_entered_is_seen():
+    watch, snapshot = watched({'contact.normal_stiffness': float('inf')})
+    watch.look(snapshot, stepped=True)
+    assert watch.wrong == []
+    watch.look(snapshot._replace(tip_position_road=snapshot.tip_position_road - (0, 0, 1e-11)))
+    assert 'inside a rigid road' in watch.wrong[0]
+
+
+def test_spring_force_is_the_mean_that_does_the_springs_work():
+    assert spring_force(1e4, 0.0, 1e-4, -1e-3, -3e-3) == pytest.approx(20.0)
+    # from above to 2 mm inside: work Kn d^2 / 2 over the way of the tip
+    assert spring_force(1e4, 0.0, 1e-4, 1e-3, -2e-3) == pytest.approx(1e4 * 2e-6 / 3e-3)
+    assert spring_force(1e4, 0.0, 1e-4, 1e-3, 2e-3) == 0.0
+    assert spring_force(1e4, 1.0, 1e-3, -1e-3, -3e-3) == pytest.approx(20.0 * 3.0)
+
+
+def test_the_list_covers_what_was_promised():
+    cases = campaign_cases.listed()
+    assert len(cases) >= 300
+    assert len({case.name for case in cases}) == len(cases)
+    known = {key.name for key in keys()}
+    seen = {}
+    for case in cases:
+        assert set(case.parameters) <= known
+        assert 0.0 < case.duration <= 0.5 * (1 + 1e-9)
+        for key, value in case.parameters.items():
+            seen.setdefault(key, set()).add(value)
+    for key, low, high in (
+            ('damping.stiffness', 1e-6, 1.0), ('contact.normal_stiffness', 1e2, float('inf')),
+            ('bristle.youngs_modulus', 2.07e8, 2.07e14), ('bristle.width', 5e-5, 5e-3),
+            ('bristle.length', 0.02, 1.0), ('solver.elements', 1, 100),
+            ('solver.integration_time_step', 1e-7, 1e-2), ('friction.static', 0.0, 5.0),
+            ('friction.decay', 0.0, 100.0), ('road.penetration', -0.01, 0.19),
+            ('road.attack_angle', 0.0, 1.39), ('drive.mean_speed', -314.0, 314.0)):
+        assert min(seen[key]) <= low
+        assert max(seen[key]) >= high
+
+
+def test_draws_repeat_with_their_seed():
+    assert campaign_cases.drawn(7, 20) == campaign_cases.drawn(7, 20)
+    assert campaign_cases.drawn(7, 20) != campaign_cases.drawn(8, 20)
+    for case in campaign_cases.drawn(3, 200):
+        from_parameters(case.parameters, case.name)     # none is out of range
+
+
+def test_a_worker_that_dies_is_a_wrong_answer():
+    good = campaign_cases.make_case('good', 'free', {'solver.elements': 4}, 0.01)
+    # parameters that no worker can even be asked about
+    bad = good._replace(name='bad', parameters=Bomb())
+    found = campaign.run_cases([bad, good], workers=1, wall_limit=5.0)
+    assert [result.kind for result in found] == ['wrong', 'finished']
+    assert found[0].reason == 'its process died'
+
+
+class Bomb(dict):
+    """Ends the process that unpickles it."""
+
+    def __reduce__(self):
+        import os
+        return os._exit, (3,)
+
+
+def judged(**counts):
+    results = [campaign.Result('', kind) for kind, count in counts.items() for _ in range(count)]
+    return campaign.problem_of(campaign.count_kinds(results))
+
+
+def test_the_verdict_follows_from_the_counts():
+    assert judged(finished=3, stopped=1, refused=1) == ''
+    assert judged(finished=3, cut=2) == '2 of 5 cases were cut off by the wall limit'
+    assert judged(finished=3, wrong=1) == '1 of 4 cases are wrong'
+    assert judged(refused=2) == 'none of 2 cases ran to its end'
+    assert judged() == 'none of 0 cases ran to its end'
+    assert judged(cut=1) == ('1 of 1 cases were cut off by the wall limit, none of 1 cases ran to '
+                             'its end')
+
+
+def test_a_campaign_that_is_cut_is_no_pass(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(campaign_cases, 'short', lambda: [campaign_cases.make_case(
+        'long', 'free', {'solver.integration_time_step': 1e-7}, 0.5)])
+    code = report.main(['--quick', '--only', 'stability', '--drawn', '0', '--wall-limit', '0.01',
+                        '--output', str(tmp_path)])
+    assert code == 1
+    assert '1 of 1 cases were cut off by the wall limit' in capsys.readouterr().err
+    assert 'Not a pass: 1 of 1 cases' in (tmp_path / 'index.html').read_text(encoding='utf-8')
