@@ -1,4 +1,4 @@
-"""The lifecycle node: parameters and commands in, snapshots out. Pacing is driver.py's."""
+"""The lifecycle node: parameters and commands in, snapshots out. Pacing is `realtime`'s."""
 from functools import wraps
 import threading
 

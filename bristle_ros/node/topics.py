@@ -1,4 +1,4 @@
-"""What the node publishes: bytes from messages.py, and only what somebody listens to."""
+"""What the node publishes: bytes from `messages`, and only what somebody listens to."""
 from bristle_ros.log import head_of
 from bristle_ros.messages import encode as messages, SCENE, view as messages_view
 from diagnostic_msgs.msg import DiagnosticArray

@@ -1,7 +1,7 @@
 """
 What to simulate: a Scene, from a ROS 2 parameter file or from a node's parameters, fully checked.
 
-Keys, ranges and meanings: scene_sections.py. Spelling of values in YAML: scene_yaml.py. A scene
+Keys, ranges and meanings: sections.py. Spelling of values in YAML: parameter_file.py. A scene
 that exists can be used: every check raises SceneError, one line with file, key, value and what
 would do.
 """

@@ -1,5 +1,5 @@
 """The stability campaign in short, and that its checks see what they are there to see."""
-from bristle_ros import report
+from bristle_ros.report import main as report
 from bristle_ros.report.stability import campaign, cases as campaign_cases
 from bristle_ros.report.stability.checks import spring_force, Watch
 from bristle_ros.scene.scene import from_parameters, keys
