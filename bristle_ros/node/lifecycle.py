@@ -62,7 +62,8 @@ class BrushNode(LifecycleNode):
         self._driver = self._log = self._outputs = self._pacing = self._last = None
         self._follower = self._commands = self._events = None
         self._servers, self._stopping, self._opening = [], False, threading.Lock()
-        self._stepping, self._log_failed, self._late_before = False, False, 0
+        self._stepping, self._log_failed = False, False
+        self._late_before = self._shed_before = self._step_before = 0
         self.normal_force, self.torque = [], []     # filled while `watched`
         self.watched = False
         node_parameters.declare(self, scene, self._set_real_time_factor)
@@ -107,6 +108,8 @@ class BrushNode(LifecycleNode):
         result = super().on_activate(state)
         self._pacing = PacingThread(self._driver, self._deliver, self._on_end)
         self._pacing.start()
+        if self._driver.paused:
+            self.get_logger().info('paused while it was inactive: ~/pause with false goes on')
         return result
 
     @_told
@@ -170,7 +173,8 @@ class BrushNode(LifecycleNode):
             self._events.destroy(self)
         self._commands = self._follower = self._outputs = self._events = None
         self._driver = self._log = self._last = None
-        self._log_failed, self._late_before = False, 0
+        self._log_failed = False
+        self._late_before = self._shed_before = self._step_before = 0
 
     def _wake(self):
         if self._pacing:
@@ -267,12 +271,16 @@ class BrushNode(LifecycleNode):
             self.get_logger().error(f'logging ended, the brush goes on: {log.failed}')
         late = driver.late_chunks - self._late_before
         self._late_before = driver.late_chunks
-        reached = driver.reached()
+        given_up, self._shed_before = driver.shed - self._shed_before, driver.shed
+        chunks = (driver.total_step - self._step_before) / driver.chunk
+        self._step_before = driver.total_step
+        reached = driver.reached() if self._pacing else 0.0
         still = self._follows and not driver.real_time_factor   # its clock is
         running = self._pacing and not driver.paused and not still
         level, text = OK, 'running' if running else 'holding'
-        if late:
-            level, text = WARN, f'{late} late chunks in the last second'
+        if given_up or late > max(1.0, 0.01 * chunks):
+            level, text = WARN, (f'{late} late chunks in the last second, '
+                                 f'{given_up * 1e-9:.3g} s given up')
         news = self._follower.news() if self._follower and self._pacing else ''
         if news:
             level, text = WARN, news

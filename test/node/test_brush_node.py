@@ -92,7 +92,8 @@ def test_in_the_loop(scene, user, tmp_path):
         code, printed = brush.end()
     assert code == 0, printed
     assert 'Traceback' not in printed
-    assert 'refused' in printed
+    assert re.search('refused: .* is not finite', printed)
+    assert re.search('refused: .* beyond drive.max_speed', printed), 'each reason is told'
     assert heard['tip_wrench'][-1].header.frame_id == 'road'
     assert heard['contact_wrench'][-1].header.frame_id == 'brush_mount'
     assert [(marker.ns, marker.id) for marker in heard['bristle_markers'][-1].markers] == [
@@ -375,7 +376,12 @@ def test_lifecycle_by_hand(scene, user, tmp_path):
         held = user.pause(states)   # that it is paused as well tells its time
         assert user.call(SetBool, 'brush_node/pause', data=False).success
         assert user.came(states) == 0, 'inactive'
+        assert user.call(SetBool, 'brush_node/pause', data=True).success
+        reports = user.listen(DiagnosticArray, '/diagnostics')
+        user.until(lambda: reports, 'diagnostics while inactive')
+        assert float(told(reports[-1])['real-time factor reached']) == 0.0
         assert change(Transition.TRANSITION_ACTIVATE)
+        assert user.call(SetBool, 'brush_node/pause', data=False).success
         user.until(lambda: seconds(states[-1]) > held + 0.05, 'going on')
         assert change(Transition.TRANSITION_DEACTIVATE)
         user.pause(states)
@@ -400,6 +406,7 @@ def test_lifecycle_by_hand(scene, user, tmp_path):
         code, printed = brush.end()
     assert code == 0, printed
     assert printed.count('exists already') == 1, printed
+    assert printed.count('paused while it was inactive') == 1, printed
     assert 'Traceback' not in printed
 
 
