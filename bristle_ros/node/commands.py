@@ -30,6 +30,7 @@ class Commands:
         self._node, self._run, self._driver = node, run, driver
         self._active, self._own_time = active, own_time
         self._subscriptions, self._told = [], {}
+        self.last_refusal = ''
         self._listen(Float64, 'cmd_brush_speed', lambda message: (message.data,))
         self._listen(Float64, 'cmd_penetration', lambda message: (message.data,))
         if run.stamped_cmd_vel:
@@ -55,6 +56,7 @@ class Commands:
             type_, topic, take, reliable(), qos_overriding_options=OVERRIDABLE))
 
     def _tell(self, refusal):
+        self.last_refusal = refusal
         # rclpy throttles by place in the code: of several reasons one would be heard
         reason, now = re.sub(r'[-+.\w]*\d[-+.\w]*|nan|inf', '', refusal), time.monotonic()
         if now - self._told.get(reason, -QUIET) >= QUIET:

@@ -40,8 +40,9 @@ class BrushNode(LifecycleNode):
 
     Subscribes: cmd_brush_speed, cmd_vel, cmd_penetration. Publishes: contact_wrench, tip_wrench,
     mount_wrench, tip_pose, joint_states, bristle_markers, /diagnostics and, if asked, /clock.
-    Services: ~/pause, ~/step, ~/reset. Configure compiles and opens the log, activate steps,
-    deactivate holds, cleanup releases; what goes wrong in one of them releases too.
+    Services: ~/pause, ~/step, ~/reset. Configure builds what the parameters say by then, compiles
+    and opens the log; activate steps, deactivate holds, cleanup releases; what goes wrong in one
+    of them releases too.
     """
 
     def __init__(self, scene, on_end, *, wall_ns):
@@ -66,7 +67,7 @@ class BrushNode(LifecycleNode):
         self._late_before = self._shed_before = self._step_before = 0
         self.normal_force, self.torque = [], []     # filled while `watched`
         self.watched = False
-        node_parameters.declare(self, scene, self._set_real_time_factor)
+        node_parameters.declare(self, self._set_real_time_factor)
         self.create_timer(1.0, self._diagnose, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     # Transitions; the executor's thread runs them.
@@ -175,6 +176,11 @@ class BrushNode(LifecycleNode):
         self._driver = self._log = self._last = None
         self._log_failed = False
         self._late_before = self._shed_before = self._step_before = 0
+
+    @property
+    def unconfigured(self):
+        """Whether the scene may still be changed."""
+        return self._driver is None
 
     def _wake(self):
         if self._pacing:
@@ -295,6 +301,7 @@ class BrushNode(LifecycleNode):
             'Newton failures': getattr(driver.simulation, 'newton_failures', 0),
             'log backlog': log.backlog if log else 0,
             'refused commands': driver.refused,
+            'last refusal': self._commands.last_refusal,
             'simulation time [s]': f'{driver.total_step * driver.its:.6f}',
             **(driver.budget.values() if driver.budget else {}),
             **(self._follower.values() if self._follower else {})}
