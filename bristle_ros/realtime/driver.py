@@ -256,6 +256,7 @@ class Driver:
                 break
             if self.sample and self._total % self.sample == 0:
                 samples.append(self._snapshot())
+                self.simulation.begin_sample()
         reached = self._total
         last = samples[-1] if samples and samples[-1].step == reached else self._snapshot()
         mount = self.mount and self.mount.follow(self.simulation, self.resets)

@@ -9,7 +9,8 @@ from bristle_ros.physics.motion import (APPROACHING, FORWARD, HEIGHT, LEFT, PENE
                                         ramp_at as compiled_ramp_at, renew_rates, ROTATION, SPEED,
                                         split_load_step, YAW)
 from bristle_ros.physics.step import (FAILURES, initialise, NEWTON, NO_CONVERGENCE, NOT_FINITE,
-                                      output, own_frame, SINGULAR_MATRIX, SUBSTEPS, UNFINISHED)
+                                      output, own_frame, SINGULAR_MATRIX, STRESS_MAX, STRESS_MIN,
+                                      SUBSTEPS, UNFINISHED)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
 from bristle_ros.scene import depth_refusal, Scene, spell, to_parameters
 import numpy as np
@@ -73,7 +74,8 @@ class Simulation:
     A scene being stepped.
 
     scene : Scene
-    energies : bool    keep the accounts of work and dissipation (snapshots have NaN without)
+    energies : bool    keep the accounts of work and dissipation, and the extremes of the clamp
+                       stress over sub-steps (snapshots have NaN without)
     threads : int      that share out the bristles; None: what the machine has. The bits are the
                        same for any number
 
@@ -316,11 +318,22 @@ class Simulation:
         part = [rows[:, a:b] for a, b in (
             (0, 3), (3, 6), (6, 9), (9, 13), (13, 17), (17, 20), (20, 23), (23, 26), (26, 29),
             (29, 32))]
+        stress = rows[:, output.STRESS:output.STRESS + 4]
+        least = largest = np.full(stress.shape, math.nan)
+        if self._energies:
+            audit = self.state.audit
+            least = np.minimum(stress, audit[:, STRESS_MIN:STRESS_MIN + 4])
+            largest = np.maximum(stress, audit[:, STRESS_MAX:STRESS_MAX + 4])
         return Snapshot(
             step, step * self.its, totals[output.ANGLE], totals[output.SPEED], *part,
             totals[0:3], totals[3:6], totals[6:9], totals[9:12], *energies,
             int(counts[NEWTON]), int(counts[SUBSTEPS]),
-            float(rows[:, output.ERROR].max()) / self.scene.bristle.length)
+            float(rows[:, output.ERROR].max()) / self.scene.bristle.length,
+            stress, least, largest, rows[:, output.LOWEST_NODE], rows[:, output.TIP_GAP])
+
+    def begin_sample(self):
+        """Let clamp_stress_min and _max of the samples to come be those from here on."""
+        self._stepper.begin_sample()
 
     def centreline_own(self):
         """Return the nodes from clamp to tip in each bristle's own axes [m]: (B, nodes, 3)."""

@@ -19,6 +19,7 @@ from bristle_ros.physics.wire import (accept_damping, accept_section_forces, acc
 
 from .energy import account_step, DISSIPATED
 from .scheme import newton_tolerance
+from .stress import note_stress
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.4              # contraction above which the matrix is factorised anew at once
@@ -41,7 +42,9 @@ NEWTON = 0
 SUBSTEPS = 1
 FACTORISATIONS = 2
 FAILURES = 3
-COUNTS = 4
+SPLIT = 4       # integration steps taken in sub-steps
+AT_FINEST = 5   # of these, in sub-steps as short as the error estimate may ask for
+COUNTS = 6
 
 
 @jit
@@ -224,6 +227,7 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
         internal_forces(s, blocks, end[CLAMP:], model.section, factor, 0.0)
         account_step(model, law, viscosity, audit, s, tip, frames, scratch.turned, cv, keep, drift,
                      h)
+        note_stress(model, audit, s, frames, scratch.turned)
     if viscosity is not None:
         strains(s, blocks, end[CLAMP:], model.section.element_length)
         accept_damping(s, blocks, cv, keep, drift, 1.0 / (scheme.beta * h * h),

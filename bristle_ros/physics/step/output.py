@@ -4,13 +4,15 @@ from math import cos, sin
 from bristle_ros.physics.compiler import jit
 from bristle_ros.physics.contact import (ESTIMATE, FORCE, GAP, IMPULSE, rotate, rotate_back,
                                          spring_energy)
-from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, is_polygon, OMEGA,
-                                        ROTATION, SPIN, SPIN_RATE, THETA, turn_frame)
+from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, HEIGHT, is_polygon,
+                                        OMEGA, ROTATION, SPIN, SPIN_RATE, THETA, turn_frame)
 from bristle_ros.physics.wire import (clamp_reaction, internal_forces, LANES, Q, RATE0, stiffness,
                                       STRAIN0, STRAIN_BEFORE, STRESS0, tip_lane, X)
 
+from .clearance import lowest_node
 from .energy import DISSIPATED, kinetic_energy, strain_energy, WORK
 from .stepping import own_frame
+from .stress import corner_stress
 
 # columns of a bristle's row
 POSITION = 0            # 3  tip, brush axes
@@ -24,7 +26,10 @@ MOUNT_FORCE = 23        # 3  brush axes
 MOUNT_MOMENT = 26       # 3
 DAMPING_FORCE = 29      # 3  bristle's own axes
 ERROR = 32              # 1
-BRISTLE_COLUMNS = 33
+STRESS = 33             # 4  at the clamp's corners
+LOWEST_NODE = 37        # 1  least height above the road, between clamp and tip
+TIP_GAP = 38            # 1
+BRISTLE_COLUMNS = 39
 
 # columns of the totals
 BRUSH_FORCE = 0         # 3  mount axes
@@ -131,6 +136,10 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
             row[CONTACT + i] = tip[FORCE + i]
             row[CONTACT_IMPULSE + i] = tip[IMPULSE + i]
         row[ERROR] = tip[ESTIMATE]
+        row[TIP_GAP] = tip[GAP]
+        n1, n2, n3 = turned(c_back, -s_back, own[ROTATION + 6], own[ROTATION + 7],
+                            own[ROTATION + 8])
+        row[LOWEST_NODE] = lowest_node(s, model.elements, n1, n2, n3, own[HEIGHT])
 
         if viscosity is not None:
             _put_damping(s, model, viscosity, RATE0, 0.0)
@@ -159,6 +168,8 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
         f3 += model.clamp_mass * (own[GRAVITY + 2] - o3 * op + square * p3 - d1 * p2 + d2 * p1)
         _put_turned(row, MOUNT_FORCE, ca, sa, f1, f2, f3)
         _put_turned(row, MOUNT_MOMENT, ca, sa, m1, m2, m3)
+        for i in range(4):
+            row[STRESS + i] = corner_stress(model.corners[i], f1, f2, f3, m1, m2, m3)
 
         # brush totals, mount axes, about the mount centre
         n1, n2, n3 = m1 + p2 * f3 - p3 * f2, m2 + p3 * f1 - p1 * f3, m3 + p1 * f2 - p2 * f1

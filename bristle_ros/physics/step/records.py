@@ -22,6 +22,7 @@ class Model(NamedTuple):
     mass_damping: float         # alpha_D [1/s]
     azimuth: np.ndarray         # (B, 4) cosine and sine of each azimuth, and of half of it
     clamp: np.ndarray           # (7,) position and quaternion of the clamp, bristle's own axes
+    corners: np.ndarray         # (4, 6) stress at the clamp's corners: see stress.py
     clamp_mass: float           # [kg] of the clamped node
     wires: float                # real wires per bristle
     displacement: bool          # load case: solved in mount axes with the clamp driven

@@ -11,7 +11,7 @@ from bristle_ros.physics.motion import CLAMP, drive_clamp, frame_at, is_polygon,
 from bristle_ros.physics.wire import (HA, JUMP, keep_strains, LANES, LR, OK, SECTION_FORCE,
                                       STRAIN0, X, X0)
 
-from .newton import NEWTON, SUBSTEPS, try_step, UNFINISHED
+from .newton import AT_FINEST, NEWTON, SPLIT, SUBSTEPS, try_step, UNFINISHED
 
 EASY = 5                # iterations up to which a sub-step may become longer again
 DEEPEST = 14            # halvings of the integration step
@@ -87,6 +87,7 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
         keep_strains(s)
     position = 0
     level = int(tip[LEVEL])
+    deepest = 0
     if level > 0:
         keep_copy(s, tip, scratch.saved, scratch.saved_tip)
     if audit is not None:
@@ -105,6 +106,7 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
                           scratch, model.its / (1 << level), model.its / (1 << FINEST))
         if status == OK:
             position += size
+            deepest = max(deepest, level)
             if level > 0:
                 counts[SUBSTEPS] += 1
                 if counts[NEWTON] - counted <= EASY and position % (2 * size) == 0 and (
@@ -112,6 +114,8 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
                     level -= 1
             if position == WHOLE:
                 tip[LEVEL] = level
+                counts[SPLIT] += deepest > 0
+                counts[AT_FINEST] += deepest >= FINEST
                 return OK
         else:
             if position == 0:
