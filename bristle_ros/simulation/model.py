@@ -117,7 +117,8 @@ def build_model(scene):
         scene.solver.elements, block_count(scene.solver.elements), count,
         scene.solver.integration_time_step, section, scheme_of(scene),
         drive_of(scene, scene.solver.time_step), drive_of(scene, 0.0), scene.damping.mass, azimuth,
-        clamp, corner_factors(b.breadth, b.width, _axes(clamp[3:])), b.density * b.breadth * b.width * section.element_length / 6.0,
+        clamp, corner_factors(b.breadth, b.width, _axes(clamp[3:])),
+        b.density * b.breadth * b.width * section.element_length / 6.0,
         float(scene.brush.wires_per_bristle), scene.solver.load_case == 'displacement',
         local_error_of(scene, scene.solver.error_tolerance))
 

@@ -4,12 +4,12 @@ from numbers import Real
 from operator import index
 import time
 
-from bristle_ros.physics.contact import GAP
+from bristle_ros.physics.contact import GAP, IMPULSE
 from bristle_ros.physics.motion import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, RAMP,
                                         ramp_at as compiled_ramp_at, renew_rates, ROTATION, SPEED,
                                         split_load_step, YAW)
-from bristle_ros.physics.step import (FAILURES, initialise, NEWTON, NO_CONVERGENCE, NOT_FINITE,
-                                      output, own_frame, SINGULAR_MATRIX, STRESS_MAX, STRESS_MIN,
+from bristle_ros.physics.step import (AT_FINEST, FAILURES, initialise, NEWTON, NO_CONVERGENCE,
+                                      NOT_FINITE, output, own_frame, SINGULAR_MATRIX, SPLIT,
                                       SUBSTEPS, UNFINISHED)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
 from bristle_ros.scene import depth_refusal, Scene, spell, to_parameters
@@ -130,6 +130,21 @@ class Simulation:
     def newton_failures(self):
         """Return attempts at a step that Newton gave up, all bristles, since the start."""
         return int(self.state.counts[:, FAILURES].sum())
+
+    @property
+    def split_steps(self):
+        """Return integration steps taken in sub-steps, all bristles, since the start."""
+        return int(self.state.counts[:, SPLIT].sum())
+
+    @property
+    def finest_steps(self):
+        """Return those of them in the shortest sub-steps that the local error may ask for."""
+        return int(self.state.counts[:, AT_FINEST].sum())
+
+    @property
+    def touched(self):
+        """Whether any tip has touched the road since the start."""
+        return bool(self.state.tip[:, IMPULSE + 2].any())
 
     def _to_start(self):
         steady = self.scene.solver.start == 'steady'
@@ -318,18 +333,16 @@ class Simulation:
         part = [rows[:, a:b] for a, b in (
             (0, 3), (3, 6), (6, 9), (9, 13), (13, 17), (17, 20), (20, 23), (23, 26), (26, 29),
             (29, 32))]
-        stress = rows[:, output.STRESS:output.STRESS + 4]
-        least = largest = np.full(stress.shape, math.nan)
-        if self._energies:
-            audit = self.state.audit
-            least = np.minimum(stress, audit[:, STRESS_MIN:STRESS_MIN + 4])
-            largest = np.maximum(stress, audit[:, STRESS_MAX:STRESS_MAX + 4])
+        stress, *extremes = (rows[:, at:at + 4] for at in (
+            output.STRESS, output.LEAST_STRESS, output.LARGEST_STRESS))
+        if not self._energies:
+            extremes = [np.full(stress.shape, math.nan)] * 2
         return Snapshot(
             step, step * self.its, totals[output.ANGLE], totals[output.SPEED], *part,
             totals[0:3], totals[3:6], totals[6:9], totals[9:12], *energies,
             int(counts[NEWTON]), int(counts[SUBSTEPS]),
             float(rows[:, output.ERROR].max()) / self.scene.bristle.length,
-            stress, least, largest, rows[:, output.LOWEST_NODE], rows[:, output.TIP_GAP])
+            stress, *extremes, rows[:, output.WORST:output.WORST + 3])
 
     def begin_sample(self):
         """Let clamp_stress_min and _max of the samples to come be those from here on."""

@@ -42,8 +42,8 @@ class Snapshot(NamedTuple):
     clamp_stress: np.ndarray            # [Pa] (B, 4) axial, at the section's corners at the clamp
     clamp_stress_min: np.ndarray        # [Pa] (B, 4) its least since the last sample, sub-steps
     clamp_stress_max: np.ndarray        # too, and largest; NaN as the energies
-    lowest_node: np.ndarray             # [m] (B,) least height above the road, clamp and tip apart
-    tip_gap: np.ndarray                 # [m] (B,) of the tip to the road; of no use without contact
+    worst: np.ndarray                   # [Pa, m, m] (B, 3) largest of these three; depth of the
+                                        # wire below both road and tip; of the tip in the road
 
 
 NPZ_ARRAYS = (

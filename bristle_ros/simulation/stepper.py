@@ -37,6 +37,7 @@ class Stepper:
         self._queue = np.zeros(1, np.int64)
         self._scratch = [new_scratch(model) for _ in range(self.threads)]
         self._table = np.zeros((2 * BATCH + 1, FRAME))
+        self._begin_extremes(True)
         self._pool = None
         self._checkpoint = None
         self._since = []    # what was advanced since: (steps, motion, model, fresh) of each batch
