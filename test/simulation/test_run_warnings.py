@@ -87,7 +87,7 @@ def test_a_log_has_its_warnings_and_can_still_be_verified(tmp_path):
 
 
 def test_means_are_those_of_the_arrays():
-    """Of the normal force that of all steps, from the impulse; of the others that of the samples."""
+    """Of the normal force that of all steps, from the impulse; of the others of the samples."""
     simulation = Simulation(bristle_ros.load(CONFIG / 'cutting_brush.yaml', SIX))
     watch, torques, powers = RunWatch(simulation), [], []
     impulse = {}
