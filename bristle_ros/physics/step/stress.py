@@ -47,16 +47,17 @@ def corner_stress(factors, f1, f2, f3, m1, m2, m3):
 
 
 @jit
-def note_stress(model, audit, s, frames, turned):
+def note_stress(model, audit, s, scratch):
     """
     Widen the extremes by one converged step, after its account: arguments as in `account_step`.
 
     The internal forces are those of the step's end; the force includes that of the clamped node.
     """
-    end = turned[1] if model.displacement else frames[2]
-    f1, f2, f3, m1, m2, m3 = clamp_reaction(s, frames[2, CLAMP:])
-    f1, f2, f3 = to_brush(model, frames[2], f1, f2, f3)
-    m1, m2, m3 = to_brush(model, frames[2], m1, m2, m3)
+    solved = scratch.frames[2]
+    end = scratch.turned[1] if model.displacement else solved
+    f1, f2, f3, m1, m2, m3 = clamp_reaction(s, solved[CLAMP:])
+    f1, f2, f3 = to_brush(model, solved, f1, f2, f3)
+    m1, m2, m3 = to_brush(model, solved, m1, m2, m3)
     g1, g2, g3 = frame_force(end, model.clamp[0], model.clamp[1], model.clamp[2])
     f1 += model.clamp_mass * g1
     f2 += model.clamp_mass * g2
