@@ -6,13 +6,13 @@ from operator import index
 import time
 from typing import Any, SupportsFloat, SupportsIndex, TypeAlias
 
-from bristle_ros.physics.contact import GAP
+from bristle_ros.physics.contact import GAP, IMPULSE
 from bristle_ros.physics.motion import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, RAMP,
                                         ramp_at as compiled_ramp_at, renew_rates, ROTATION, SPEED,
                                         split_load_step, YAW)
-from bristle_ros.physics.step import (FAILURES, initialise, Model, NEWTON, NO_CONVERGENCE,
-                                      NOT_FINITE, output, own_frame, SINGULAR_MATRIX, SUBSTEPS,
-                                      UNFINISHED)
+from bristle_ros.physics.step import (AT_FINEST, FAILURES, initialise, Model, NEWTON,
+                                      NO_CONVERGENCE, NOT_FINITE, output, own_frame,
+                                      SINGULAR_MATRIX, SPLIT, SUBSTEPS, UNFINISHED)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
 from bristle_ros.scene import depth_refusal, Scene, spell, to_parameters
 import numpy as np
@@ -81,7 +81,8 @@ class Simulation:
     A scene being stepped.
 
     scene : Scene
-    energies : bool    keep the accounts of work and dissipation (snapshots have NaN without)
+    energies : bool    keep the accounts of work and dissipation, and the extremes of the clamp
+                       stress over sub-steps (snapshots have NaN without)
     threads : int      that share out the bristles; None: what the machine has. The bits are the
                        same for any number
 
@@ -137,6 +138,21 @@ class Simulation:
     def newton_failures(self) -> int:
         """Return attempts at a step that Newton gave up, all bristles, since the start."""
         return int(self.state.counts[:, FAILURES].sum())
+
+    @property
+    def split_steps(self) -> int:
+        """Return integration steps taken in sub-steps, all bristles, since the start."""
+        return int(self.state.counts[:, SPLIT].sum())
+
+    @property
+    def finest_steps(self) -> int:
+        """Return those of them in the shortest sub-steps that the local error may ask for."""
+        return int(self.state.counts[:, AT_FINEST].sum())
+
+    @property
+    def touched(self) -> bool:
+        """Whether any tip has touched the road since the start."""
+        return bool(self.state.tip[:, IMPULSE + 2].any())
 
     def _to_start(self) -> None:
         steady = self.scene.solver.start == 'steady'
@@ -326,11 +342,20 @@ class Simulation:
         part = [rows[:, a:b] for a, b in (
             (0, 3), (3, 6), (6, 9), (9, 13), (13, 17), (17, 20), (20, 23), (23, 26), (26, 29),
             (29, 32))]
+        stress, *extremes = (rows[:, at:at + 4] for at in (
+            output.STRESS, output.LEAST_STRESS, output.LARGEST_STRESS))
+        if not self._energies:
+            extremes = [np.full(stress.shape, math.nan)] * 2
         return Snapshot._make((
             step, step * self.its, totals[output.ANGLE], totals[output.SPEED], *part,
             totals[0:3], totals[3:6], totals[6:9], totals[9:12], *energies,
             int(counts[NEWTON]), int(counts[SUBSTEPS]),
-            float(rows[:, output.ERROR].max()) / self.scene.bristle.length))
+            float(rows[:, output.ERROR].max()) / self.scene.bristle.length,
+            stress, *extremes, rows[:, output.WORST:output.WORST + 3]))
+
+    def begin_sample(self) -> None:
+        """Let clamp_stress_min and _max of the samples to come be those from here on."""
+        self._stepper.begin_sample()
 
     def centreline_own(self) -> NDArray[np.float64]:
         """Return the nodes from clamp to tip in each bristle's own axes [m]: (B, nodes, 3)."""

@@ -13,7 +13,7 @@ import pytest
 TOP = '/**:\n  ros__parameters:\n'
 # Every key and its default, as the documentation promises them.
 DEFAULTS = """
-bristle: {length: 0.240, breadth: 0.002, width: 0.0005, youngs_modulus: 2.07e11, poissons_ratio: 0.3, density: 7800.0}
+bristle: {length: 0.240, breadth: 0.002, width: 0.0005, youngs_modulus: 2.07e11, poissons_ratio: 0.3, density: 7800.0, yield_stress: 1.5e9}
 brush: {mount_radius: 0.1125, mount_angle: 0.4537856, mount_orientation: 0.0, bristle_count: 1, wires_per_bristle: 1, start_angle: 0.0}
 road: {attack_angle: 0.0, tilt_azimuth: 0.0, penetration: 0.005, approach_time: 0.02, max_rate: 0.2}
 contact: {enabled: true, normal_stiffness: 1.0e5, damping: 0.0}

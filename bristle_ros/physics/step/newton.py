@@ -20,6 +20,7 @@ from bristle_ros.physics.wire import (accept_damping, accept_section_forces, acc
 
 from .energy import account_step, DISSIPATED
 from .scheme import newton_tolerance, step_coefficients
+from .stress import note_stress
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.4              # contraction above which the matrix is factorised anew at once
@@ -42,7 +43,9 @@ NEWTON = 0
 SUBSTEPS = 1
 FACTORISATIONS = 2
 FAILURES = 3
-COUNTS = 4
+SPLIT = 4       # integration steps taken in sub-steps
+AT_FINEST = 5   # of these, in sub-steps as short as the error estimate may ask for
+COUNTS = 6
 
 
 @jit
@@ -238,6 +241,7 @@ def accept(model, law, viscosity, audit, bristle, scratch, step):
     if audit is not None:
         internal_forces(nodes, model.blocks, end[CLAMP:], model.section, step.factor, 0.0)
         account_step(model, law, viscosity, audit, bristle, scratch, step)
+        note_stress(model, audit, nodes, scratch)
     if viscosity is not None:
         strains(nodes, model.blocks, end[CLAMP:], model.section.element_length)
         accept_damping(nodes, model.blocks, step.cv, step.keep, step.drift,

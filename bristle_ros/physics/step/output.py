@@ -4,13 +4,15 @@ from math import cos, sin
 from bristle_ros.physics.compiler import jit
 from bristle_ros.physics.contact import (ESTIMATE, FORCE, GAP, IMPULSE, rotate, rotate_back,
                                          spring_energy)
-from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, is_polygon, OMEGA,
-                                        ROTATION, SPIN, SPIN_RATE, THETA, turn_frame)
+from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, HEIGHT, is_polygon,
+                                        OMEGA, ROTATION, SPIN, SPIN_RATE, THETA, turn_frame)
 from bristle_ros.physics.wire import (clamp_reaction, internal_forces, LANES, Q, RATE0, stiffness,
                                       STRAIN0, STRAIN_BEFORE, STRESS0, tip_lane, X)
 
-from .energy import DISSIPATED, kinetic_energy, strain_energy, WORK
+from .clearance import lowest_node
+from .energy import DISSIPATED, kinetic_energy, strain_energy, STRESS_MAX, STRESS_MIN, WORK
 from .stepping import own_frame
+from .stress import corner_stress
 
 # columns of a bristle's row
 POSITION = 0            # 3  tip, brush axes
@@ -24,7 +26,11 @@ MOUNT_FORCE = 23        # 3  brush axes
 MOUNT_MOMENT = 26       # 3
 DAMPING_FORCE = 29      # 3  bristle's own axes
 ERROR = 32              # 1
-BRISTLE_COLUMNS = 33
+STRESS = 33             # 4  at the clamp's corners
+LEAST_STRESS = 37       # 4  since the last sample, where that is kept
+LARGEST_STRESS = 41     # 4
+WORST = 45              # 3  largest of these, depth of the wire below road and tip, of the tip
+BRISTLE_COLUMNS = 48
 
 # columns of the totals
 BRUSH_FORCE = 0         # 3  mount axes
@@ -61,6 +67,18 @@ def _put_turned_quaternion(row, at, c, s, w, x, y, z):
     row[at + 1] = c * y + s * x
     row[at + 2] = c * z + s * w
     row[at + 3] = c * w - s * z
+
+
+@jit
+def _put_stress(row, corners, audit, f1, f2, f3, m1, m2, m3):
+    """Store the stress at the clamp's corners, its extremes, and the largest of them."""
+    row[WORST] = 0.0
+    for i in range(4):
+        stress = corner_stress(corners[i], f1, f2, f3, m1, m2, m3)
+        row[STRESS + i] = stress
+        row[LEAST_STRESS + i] = min(stress, audit[STRESS_MIN + i])
+        row[LARGEST_STRESS + i] = max(stress, audit[STRESS_MAX + i])
+        row[WORST] = max(row[WORST], -row[LEAST_STRESS + i], row[LARGEST_STRESS + i])
 
 
 @jit
@@ -159,6 +177,12 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
         f3 += model.clamp_mass * (own[GRAVITY + 2] - o3 * op + square * p3 - d1 * p2 + d2 * p1)
         _put_turned(row, MOUNT_FORCE, ca, sa, f1, f2, f3)
         _put_turned(row, MOUNT_MOMENT, ca, sa, m1, m2, m3)
+        _put_stress(row, model.corners, state.audit[bristle], f1, f2, f3, m1, m2, m3)
+        n1, n2, n3 = turned(c_back, -s_back, own[ROTATION + 6], own[ROTATION + 7],
+                            own[ROTATION + 8])
+        row[WORST + 2] = -tip[GAP]
+        row[WORST + 1] = -max(tip[GAP], 0.0) - lowest_node(s, model.elements, n1, n2, n3,
+                                                          own[HEIGHT])
 
         # brush totals, mount axes, about the mount centre
         n1, n2, n3 = m1 + p2 * f3 - p3 * f2, m2 + p3 * f1 - p1 * f3, m3 + p1 * f2 - p2 * f1

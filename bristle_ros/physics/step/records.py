@@ -24,6 +24,7 @@ class Model(NamedTuple):
     mass_damping: float         # alpha_D [1/s]
     azimuth: NDArray[np.float64]    # (B, 4) cosine and sine of each azimuth, and of half of it
     clamp: NDArray[np.float64]      # (7,) position and quaternion of the clamp, bristle's own axes
+    corners: NDArray[np.float64]    # (4, 6) stress at the clamp's corners: see stress.py
     clamp_mass: float           # [kg] of the clamped node
     wires: float                # real wires per bristle
     displacement: bool          # load case: solved in mount axes with the clamp driven

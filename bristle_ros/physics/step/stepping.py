@@ -11,7 +11,7 @@ from bristle_ros.physics.motion import CLAMP, drive_clamp, frame_at, is_polygon,
 from bristle_ros.physics.wire import (HA, JUMP, keep_strains, LANES, LR, OK, SECTION_FORCE,
                                       STRAIN0, X, X0)
 
-from .newton import NEWTON, SUBSTEPS, try_step, UNFINISHED
+from .newton import AT_FINEST, NEWTON, SPLIT, SUBSTEPS, try_step, UNFINISHED
 from .records import bristle_of
 
 EASY = 5                # iterations up to which a sub-step may become longer again
@@ -97,6 +97,7 @@ def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
         keep_strains(nodes)
     position = 0
     level = int(tip[LEVEL])
+    deepest = 0
     if level > 0:
         keep_copy(nodes, tip, scratch.saved, scratch.saved_tip)
     if audit is not None:
@@ -110,6 +111,7 @@ def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
                           model.its / (1 << level), model.its / (1 << FINEST))
         if status == OK:
             position += size
+            deepest = max(deepest, level)
             if level > 0:
                 counts[SUBSTEPS] += 1
                 if counts[NEWTON] - counted <= EASY and position % (2 * size) == 0 and (
@@ -117,6 +119,8 @@ def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
                     level -= 1
             if position == WHOLE:
                 tip[LEVEL] = level
+                counts[SPLIT] += deepest > 0
+                counts[AT_FINEST] += deepest >= FINEST
                 return OK
         else:
             if position == 0:
