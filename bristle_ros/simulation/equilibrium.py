@@ -15,9 +15,9 @@ from .model import build_model, build_state, contact_law, new_scratch
 class Equilibrium(NamedTuple):
     """Static equilibrium; B bristles, per wire."""
 
-    tip_position: NDArray[np.float64]# [m] (B, 3), brush axes, from the mount centre
-    normal_force: NDArray[np.float64]# [N] (B,) of the road on the tip
-    root_moment: NDArray[np.float64]# [N m] (B, 3) of the wire on the board, about its clamp
+    tip_position: NDArray[np.float64]   # [m] (B, 3), brush axes, from the mount centre
+    normal_force: NDArray[np.float64]   # [N] (B,) of the road on the tip
+    root_moment: NDArray[np.float64]   # [N m] (B, 3) of the wire on the board, about its clamp
 
 
 def settle_state(scene: Scene, model: Model, state: State, scratch: Scratch) -> None:

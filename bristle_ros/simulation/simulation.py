@@ -21,9 +21,10 @@ from numpy.typing import NDArray
 from .equilibrium import settle_state
 from .model import (build_model, build_state, check_start, contact_law, local_error_of,
                     new_scratch, turn_nodes, viscosity_of)
-from .snapshot import Snapshot
+from .snapshot import ACCOUNTED, Snapshot
 from .stepper import Stepper
 
+_BRISTLE, _BRUSH = output.columns(output.BRISTLE), output.columns(output.BRUSH)
 # what failed in the smallest sub-step, and what may do
 REASONS = {
     SINGULAR_MATRIX: 'the iteration matrix became singular: a smaller '
@@ -334,24 +335,17 @@ class Simulation:
         """Return the outputs of the present state as a Snapshot of its own arrays."""
         self._observe()
         rows, totals = self._rows.copy(), self._totals.copy()
-        energies = totals[output.KINETIC:output.DONE + 1]
         if not self._energies:
-            energies = np.full(4, math.nan)
+            for name in ACCOUNTED:
+                numbers, columns = (rows, _BRISTLE) if name in _BRISTLE else (totals, _BRUSH)
+                numbers[..., columns[name]] = math.nan
+        found: dict[str, Any] = {name: rows[:, place] for name, place in _BRISTLE.items()}
+        found |= {name: totals[place] for name, place in _BRUSH.items()}
+        found['error_estimate'] = float(found['error_estimate'].max()) / self.scene.bristle.length
         counts = self.state.counts.sum(axis=0)
-        step = self.step
-        part = [rows[:, a:b] for a, b in (
-            (0, 3), (3, 6), (6, 9), (9, 13), (13, 17), (17, 20), (20, 23), (23, 26), (26, 29),
-            (29, 32))]
-        stress, *extremes = (rows[:, at:at + 4] for at in (
-            output.STRESS, output.LEAST_STRESS, output.LARGEST_STRESS))
-        if not self._energies:
-            extremes = [np.full(stress.shape, math.nan)] * 2
-        return Snapshot._make((
-            step, step * self.its, totals[output.ANGLE], totals[output.SPEED], *part,
-            totals[0:3], totals[3:6], totals[6:9], totals[9:12], *energies,
-            int(counts[NEWTON]), int(counts[SUBSTEPS]),
-            float(rows[:, output.ERROR].max()) / self.scene.bristle.length,
-            stress, *extremes, rows[:, output.WORST:output.WORST + 3]))
+        return Snapshot(step=self.step, t=self.step * self.its,
+                        newton_iterations=int(counts[NEWTON]), substeps=int(counts[SUBSTEPS]),
+                        **found)
 
     def begin_sample(self) -> None:
         """Let clamp_stress_min and _max of the samples to come be those from here on."""
