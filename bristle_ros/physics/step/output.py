@@ -91,7 +91,7 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
     correction. All axes are the exact ones, also where the loads are ramped.
     """
     t = state.step[0] * model.its
-    frame = scratch.frame
+    frame = scratch.frames[2]   # not scratch.frame: `own_frame` works in that
     own = scratch.frames[0]
     frame_at(t, model.exact, False, state.motion, scratch.basics, frame)
     theta = frame[THETA]
