@@ -117,12 +117,13 @@ def build_model(scene):
 
 
 def new_scratch(model):
-    """Return the room that kernels work in."""
+    """Return the room that kernels work in; threads that share a queue share one's table."""
     return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
                    np.zeros((2, FRAME)), np.zeros((2, BASICS)),
                    np.zeros((BATCH * PARTS + 1, FRAME)), np.zeros(BATCH * PARTS + 1, np.int64),
                    np.zeros((model.blocks, BLOCK)),
-                   np.zeros(TIP), np.zeros(AUDIT), np.zeros(3, np.int64))
+                   np.zeros(TIP), np.zeros(AUDIT), np.zeros((2 * BATCH + 1, FRAME)),
+                   np.zeros(3, np.int64))
 
 
 def straight_nodes(scene, model):

@@ -2,7 +2,6 @@
 from concurrent.futures import ThreadPoolExecutor
 import os
 
-from bristle_ros.physics.motion import FRAME
 from bristle_ros.physics.step import advance, advance_alone, BATCH, fill_frames
 import numpy as np
 
@@ -34,8 +33,9 @@ class Stepper:
         available = threads or len(os.sched_getaffinity(0))
         self.threads = max(1, min(available, model.bristles // SHARE))
         self._queue = np.zeros(1, np.int64)
-        self._scratch = [new_scratch(model) for _ in range(self.threads)]
-        self._table = np.zeros((2 * BATCH + 1, FRAME))
+        first = new_scratch(model)
+        self._scratch = [first, *(new_scratch(model)._replace(table=first.table)
+                                  for _ in range(self.threads - 1))]
         self._pool = None
         self._checkpoint = None
         self._since = []    # what was advanced since: (steps, motion, model) of each batch
@@ -65,7 +65,7 @@ class Stepper:
 
     def _alone(self, steps):
         return advance_alone(self.model, *self._features, self._state, self._scratch[0],
-                             self._table, steps)
+                             steps)
 
     def forget(self):
         """Keep nothing of what was: the state has been put elsewhere."""
@@ -100,8 +100,7 @@ class Stepper:
 
     def _run(self, steps):
         """Make the steps from now on; None, or (step, status, bristle) of a failure."""
-        fill_frames(self.model, self._features[0], self._state, self._scratch[0], steps,
-                    self._table)
+        fill_frames(self.model, self._features[0], self._state, self._scratch[0], steps)
         if self.threads > 1 and self._pool is None:
             self._pool = ThreadPoolExecutor(self.threads - 1, 'stepper')
         self._queue[0] = 0
@@ -114,8 +113,8 @@ class Stepper:
 
     def _work(self, scratch, steps):
         """Take bristles until none is left; None, or (step, status, bristle) of a failure."""
-        status = advance(self.model, *self._features, self._state, scratch, self._table,
-                         self._queue, steps)
+        status = advance(self.model, *self._features, self._state, scratch, self._queue,
+                         steps)
         if status:
             return int(scratch.failed[1]), status, int(scratch.failed[2])
         return None

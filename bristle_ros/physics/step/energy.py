@@ -148,12 +148,13 @@ def _clamp_work(model, audit, s, frames):
 
 
 @jit
-def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep, drift, h):
+def account_step(model, law, viscosity, audit, bristle, scratch, step):
     """
     Add one converged step, not yet accepted, to the accounts; arguments as in `try_step`.
 
-    turned : (2, FRAME)    room for the frame records of the turning brush
+    step : StepCoefficients
     """
+    s, tip, frames, turned = bristle.nodes, bristle.tip, scratch.frames, scratch.turned
     start, end = frames[0], frames[2]
     work = 0.0
     if model.displacement:
@@ -164,7 +165,7 @@ def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep,
     dissipated = 0.0
     for j in range(model.blocks):
         for i in range(LANES):
-            by_frame, by_damping = _account_node(model, s, j, i, frames, start, end, cv)
+            by_frame, by_damping = _account_node(model, s, j, i, frames, start, end, step.cv)
             work += by_frame
             dissipated += by_damping
     if viscosity is not None:
@@ -176,8 +177,8 @@ def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep,
                     change = s[j, (STRAIN + row) * LANES + i] - s[j, (STRAIN0 + row) * LANES + i]
                     rate = s[j, (RATE0 + row) * LANES + i]
                     density += c[row] * change * (
-                        cv * change + (1.0 + keep) * rate
-                        + drift * s[j, (RATEACC0 + row) * LANES + i])
+                        step.cv * change + (1.0 + step.keep) * rate
+                        + step.drift * s[j, (RATEACC0 + row) * LANES + i])
                 dissipated += 0.5 * viscosity * s[j, WEIGHT * LANES + i] * density
     if law is not None and tip[STATE] != OPEN:
         stored = (spring_energy(law.stiffness, tip[GAP])
