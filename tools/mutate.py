@@ -196,12 +196,13 @@ def keep(folder):
 
 def make(source, folder, mutant):
     """Copy what `keep` kept and change the token."""
-    shutil.copytree(source, folder, dirs_exist_ok=True)
+    shutil.copytree(source, folder, dirs_exist_ok=True, copy_function=os.link)
     if mutant:
         path = folder / KERNELS.relative_to(ROOT) / mutant.path
         text = path.read_text()
         assert text[mutant.at:].startswith(mutant.old)
         text = text[:mutant.at] + mutant.new + text[mutant.at + len(mutant.old):]
+        path.unlink()       # a link to the source's own
         path.write_text(text)
 
 
@@ -328,8 +329,8 @@ def run_one(source, mutant, line, options):
             by = compiled(folder, 10.0 * options.limit)
         if by and not mutant:
             print((folder / 'output').read_text())
-    print(f'{time.monotonic() - began:5.1f} s  {line}  {by or ("SURVIVED" if mutant else "passes")}',
-          flush=True)
+    outcome = by or ('SURVIVED' if mutant else 'passes')
+    print(f'{time.monotonic() - began:5.1f} s  {line}  {outcome}', flush=True)
     return by
 
 
