@@ -195,15 +195,13 @@ def keep(folder):
 
 
 def make(source, folder, mutant):
-    """Copy what `keep` kept and change the token."""
+    """Link to what `keep` kept and change the token."""
     shutil.copytree(source, folder, dirs_exist_ok=True, copy_function=os.link)
-    if mutant:
-        path = folder / KERNELS.relative_to(ROOT) / mutant.path
-        text = path.read_text()
-        assert text[mutant.at:].startswith(mutant.old)
-        text = text[:mutant.at] + mutant.new + text[mutant.at + len(mutant.old):]
-        path.unlink()       # a link to the source's own
-        path.write_text(text)
+    path = folder / KERNELS.relative_to(ROOT) / mutant.path
+    text = path.read_text()
+    assert text[mutant.at:].startswith(mutant.old)
+    path.unlink()
+    path.write_text(text[:mutant.at] + mutant.new + text[mutant.at + len(mutant.old):])
 
 
 class First:
@@ -321,14 +319,17 @@ def run_one(source, mutant, line, options):
     """Try one mutant, or None for the package as it is; say and return what caught it."""
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix='mutant_') as name:
-        folder = Path(name)
-        make(source, folder, mutant)
-        by = interpreted(folder, INTERPRETED[mutant.path.split('/')[0] if mutant else 'step'],
-                         options.limit)
+        # what Python compiles of the package as it is, the mutants' folders have links to
+        folder = Path(name if mutant else source)
+        if mutant:
+            make(source, folder, mutant)
+        room = mutant.path.split('/')[0] if mutant else 'step'
+        by = interpreted(folder, INTERPRETED[room], options.limit)
         if by is None and mutant and options.compiled:
             by = compiled(folder, 10.0 * options.limit)
         if by and not mutant:
             print((folder / 'output').read_text())
+        (folder / 'output').unlink()
     outcome = by or ('SURVIVED' if mutant else 'passes')
     print(f'{time.monotonic() - began:5.1f} s  {line}  {outcome}', flush=True)
     return by
