@@ -18,6 +18,7 @@ import os
 from pathlib import Path
 import random
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -40,6 +41,7 @@ INTERPRETED = {
     'motion': (MOTION, STEPS, HALVES, STATIC, COSTS, BEAM, FORCE, CONTACT),
     'step': (STEPS, COSTS, HALVES, STATIC, FORCE, BEAM, MOTION, CONTACT),
     'wire': (BEAM, FORCE, STEPS, COSTS, HALVES, STATIC, MOTION, CONTACT)}
+PATIENCE = 20   # wall time per limit of processor time, before a child is ended: it may sleep
 COMPILED = ('test/physics/step', 'test/physics/contact/test_runs.py', 'test/physics/wire')
 SIGNS = {'Add': ('+', '-'), 'Sub': ('-', '+'), 'Mult': ('*', '/'), 'Div': ('/', '*'),
          'Pow': ('**', '*'), 'Mod': ('%', '*'), 'FloorDiv': ('//', '*'), 'LShift': ('<<', '>>'),
@@ -232,6 +234,7 @@ def interpreted(folder, tests, limit):
         code = 1
         try:
             os.setsid()
+            resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
             output = os.open(folder / 'output', os.O_WRONLY | os.O_CREAT)
             os.dup2(output, 1)
             os.dup2(output, 2)
@@ -247,7 +250,7 @@ def interpreted(folder, tests, limit):
             sys.stdout.flush()
             sys.stderr.flush()
             os._exit(int(code))
-    end = time.monotonic() + limit
+    end = time.monotonic() + PATIENCE * limit
     while True:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:
@@ -257,8 +260,11 @@ def interpreted(folder, tests, limit):
             os.waitpid(child, 0)
             return 'time limit'
         time.sleep(0.05)
-    if os.waitstatus_to_exitcode(status) == 0:
+    code = os.waitstatus_to_exitcode(status)
+    if code == 0:
         return None
+    if code < 0:
+        return 'time limit'
     return found.read_text() if found.exists() else 'no test could start'
 
 
@@ -285,7 +291,9 @@ def main():
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--files', default='*', help='pattern of files below bristle_ros/physics')
     parser.add_argument('--skip', type=int, default=0, help='mutants that an earlier run has done')
-    parser.add_argument('--limit', type=float, default=120.0, help='[s] for the interpreted tests')
+    parser.add_argument('--until', type=int, help='of the drawn ones, counted from 0')
+    parser.add_argument('--limit', type=int, default=60,
+                        help='[s] of processor time for interpreted tests; 25 without a mutant')
     parser.add_argument('--compiled', action='store_true',
                         help='give survivors to the tests of compiled kernels too')
     parser.add_argument('--list', action='store_true', help='say what is drawn, run nothing')
@@ -305,11 +313,11 @@ def main():
         keep(Path(source))
         if run_one(source, None, 'no mutant', options) is not None:
             return 2
-        for mutant in mutants[options.skip:]:
+        mutants = mutants[options.skip:options.until]
+        for mutant in mutants:
             if run_one(source, mutant, lines[mutant], options) is None:
                 survivors.append(lines[mutant])
-    run = len(mutants) - options.skip
-    print(f'{run - len(survivors)} of {run} caught')
+    print(f'{len(mutants) - len(survivors)} of {len(mutants)} caught')
     for line in survivors:
         print(f'survived: {line}')
     return 1 if survivors else 0
@@ -326,7 +334,7 @@ def run_one(source, mutant, line, options):
         room = mutant.path.split('/')[0] if mutant else 'step'
         by = interpreted(folder, INTERPRETED[room], options.limit)
         if by is None and mutant and options.compiled:
-            by = compiled(folder, 10.0 * options.limit)
+            by = compiled(folder, PATIENCE * options.limit)
         if by and not mutant:
             print((folder / 'output').read_text())
         (folder / 'output').unlink()
