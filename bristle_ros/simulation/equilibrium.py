@@ -3,7 +3,7 @@ from typing import NamedTuple
 
 from bristle_ros.physics.contact import FORCE, SLIP, STATE
 from bristle_ros.physics.motion import APPROACHING, PENETRATION, SPIN_RATE
-from bristle_ros.physics.step import bristle_of, output, own_frame, settle
+from bristle_ros.physics.step import output, own_frame, settle
 from bristle_ros.physics.wire import LANES, OK, ROWS, X, X0
 from bristle_ros.scene import SceneError
 import numpy as np
@@ -32,7 +32,7 @@ def settle_state(scene, model, state, scratch):
     for bristle, azimuth in enumerate(model.azimuth):
         own_frame(model, state.motion, azimuth, 0.0, scratch, frame)
         frame[SPIN_RATE:SPIN_RATE + 3] = 0.0
-        status = settle(model, law, bristle_of(model, state, bristle), frame, np.zeros(6), scratch)
+        status = settle(model, law, state, bristle, frame, np.zeros(6), scratch)
         if status != OK:
             raise SceneError(
                 f'bristle {bristle} has no static equilibrium that could be found: try a smaller '
