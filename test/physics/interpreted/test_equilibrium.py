@@ -1,5 +1,7 @@
 """The static equilibrium against the balance of forces, written a second time."""
 from bristle_ros.physics.contact.tip import FORCE, GAP
+from bristle_ros.physics.motion import HEIGHT
+from bristle_ros.physics.step import equilibrium
 from bristle_ros.physics.wire import layout
 from bristle_ros.simulation.simulation import Simulation
 import numpy as np
@@ -59,3 +61,30 @@ def test_forces_balance(road, load_case):
     # the tilt presses one side and lifts the other
     assert forces[0] > 0.1
     assert forces[1] == 0.0
+
+
+def test_the_road_rises_from_the_straight_tip_to_its_height(monkeypatch):
+    # elsewhere the search would find the same, later or not at all
+    scene = case(solver={'start': 'steady', 'elements': 2},
+                 brush={'start_angle': -0.4, 'bristle_count': 1},
+                 contact={'enabled': True, 'normal_stiffness': 2e3}, road={'penetration': 0.03})
+    heights = []
+    contact = equilibrium._contact
+
+    def watched(bristle, elements, law, frame):
+        heights.append(frame[HEIGHT])
+        contact(bristle, elements, law, frame)
+    monkeypatch.setattr(equilibrium, '_contact', watched)
+    model = Simulation(scene).model
+    ride = Ride(scene, (scene.drive.mean_speed, 0.0), (1.5, 0.0), (-0.3, 0.0), (0.0, 0.0),
+                (0.03, 0.0), model.drive.tip_depth)
+    lean = scene.brush.mount_angle
+    straight = model.clamp[:3] + scene.bristle.length * np.array(
+        [np.sin(lean), 0.0, -np.cos(lean)])
+    tip = (ride.axes(0.0, 0.0, False) @ straight)[2]
+    assert tip + ride.height(0.0) < -0.01
+    assert heights[0] == pytest.approx(-tip, abs=1e-14)
+    assert heights[-1] == ride.height(0.0)
+    rises = -np.diff(heights)
+    assert (rises >= 0.0).all()
+    assert rises.max() <= equilibrium.RISE * model.section.element_length * (1.0 + 1e-12)

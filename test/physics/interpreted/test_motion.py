@@ -513,3 +513,16 @@ def test_the_accounts_are_the_work_of_each_step(name):
         assert two.work_external - one.work_external == pytest.approx(work, abs=1e-6 * scale)
         assert two.energy_dissipated - one.energy_dissipated == pytest.approx(
             lost, abs=1e-6 * scale)
+
+
+def test_strains_carried_over_are_those_of_the_end_however_loose_the_tolerance():
+    # without accounts forces were last evaluated before the last correction
+    scene = case(solver={'elements': 2, 'tolerance': 1e-3}, brush={'bristle_count': 1})
+    simulation = Simulation(scene)
+    simulation.advance(3)
+    rows, model = nodes_of(simulation, 0), simulation.model
+    x = np.vstack((model.clamp[:3], rows(layout.X0, 3)))
+    q = np.vstack((model.clamp[3:], rows(layout.Q0, 4)))
+    wanted = strains(x, q, model.section.element_length)
+    assert abs(wanted).min(axis=0).max() > 1e-6
+    close(rows(layout.STRAIN0, 6), wanted, 1.0, 1e-13)
