@@ -46,6 +46,19 @@ def test_slip_is_found_quadratically(monkeypatch, name):
         np.testing.assert_allclose(start, force, rtol=1e-8, atol=1e-9 * force[2])
 
 
+@pytest.mark.parametrize('axis', [0, 1])
+def test_slip_is_not_taken_for_found_while_one_component_still_moves(axis):
+    # slip along one axis of an uncoupled compliance: the other components are exact at once
+    law = LAWS['rigid']
+    w, base, force = np.diag([2e-5, 2e-5, 4e-5]), np.array([0.0, 0.0, -4e-5]), np.zeros(3)
+    base[axis] = 1e-4
+    assert bracket.solve_contact(law, H, w, 0.0, base, SLIP, force) == SLIP
+    start = force.copy()
+    start[axis] *= 1.01
+    assert newton.slip_by_newton(law, H, w, 0.0, base, start) == SLIP
+    np.testing.assert_allclose(start, force, rtol=1e-12, atol=1e-15)
+
+
 @pytest.mark.parametrize('name', LAWS)
 def test_stick_is_found_quadratically(monkeypatch, name):
     law = LAWS[name]
