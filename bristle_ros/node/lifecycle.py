@@ -55,7 +55,8 @@ class BrushNode(LifecycleNode):
         """
         super().__init__('brush_node')
         self._follows = node_time.follows(self, scene.run)
-        # rclpy lets a transition that the present state does not have end the executor.
+        # rclpy lets a transition that the present state does not have end the executor. Private:
+        # tried with 7.1.6, see test/node/test_hooks.py.
         self._change_state = self._service_change_state.callback
         self._service_change_state.callback = self._change_if_possible
         self.scene = scene

@@ -223,7 +223,7 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
     correction. All axes are the exact ones, also where the loads are ramped.
     """
     t = state.step[0] * model.its
-    own, driven, frame = scratch.frames
+    own, driven, frame = scratch.frames     # not scratch.frame: `own_frame` works in that
     frame_at(t, model.exact, False, state.motion, scratch.basics, frame)
     theta = frame[THETA]
     totals[:] = 0.0
