@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .simulation import Simulation as build  # noqa: N813
     from .verbs.simulate import simulate as simulate
 
-__version__ = '0.1.0'
+__version__ = '0.2.0'
 __all__ = ['CommandRefused', 'CompilerRefused', 'RunWarning', 'SceneError', 'StepFailure',
            '__version__', 'build', 'load', 'simulate']
 

@@ -3,7 +3,7 @@ from itertools import accumulate
 from math import cos, sin
 from typing import NamedTuple
 
-from bristle_ros.physics.compiler import jit
+from bristle_ros.physics.compiler import inlined, jit
 from bristle_ros.physics.contact import (ESTIMATE, FORCE, GAP, IMPULSE, rotate, rotate_back,
                                          spring_energy)
 from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, HEIGHT, is_polygon,
@@ -108,7 +108,7 @@ def _put_damping(s, model, viscosity, rows, by_time):
                 s[j, (STRESS0 + component) * LANES + i] = scale * rate
 
 
-@jit
+@inlined
 def _put_tip(model, bristle, s, tip, own, turns, row):
     """Store where the tip is and what the road does to it; return its position, own axes."""
     block, lane = tip_lane(model.elements)
@@ -138,7 +138,7 @@ def _put_tip(model, bristle, s, tip, own, turns, row):
     return x1, x2, x3
 
 
-@jit
+@inlined
 def _put_damping_force(model, viscosity, s, clamp, turns, row):
     """Store the damping force at the clamp; leave in STRESS0 the damping of mount_force."""
     row[DAMPING_FORCE:DAMPING_FORCE + 3] = 0.0
@@ -153,7 +153,7 @@ def _put_damping_force(model, viscosity, s, clamp, turns, row):
             _put_damping(s, model, viscosity, STRAIN0, 1.0 / model.its)
 
 
-@jit
+@inlined
 def _put_mount(model, bristle, s, clamp, own, turns, row):
     """Store what the wire does to the board; return force and moment, bristle's own axes."""
     internal_forces(s, model.blocks, clamp, model.section, 1.0, 0.0)
@@ -174,7 +174,7 @@ def _put_mount(model, bristle, s, clamp, own, turns, row):
     return f1, f2, f3, m1, m2, m3
 
 
-@jit
+@inlined
 def _put_depths(model, s, gap, own, turns, row):
     """Store the depths of tip and wire in the road."""
     n1, n2, n3 = turned(turns.c_back, -turns.s_back, own[ROTATION + 6], own[ROTATION + 7],
