@@ -7,7 +7,8 @@ import time
 from typing import Any, SupportsFloat, SupportsIndex, TypeAlias
 
 from bristle_ros.physics.contact import GAP, IMPULSE
-from bristle_ros.physics.motion import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, RAMP,
+from bristle_ros.physics.motion import (approach_at as compiled_approach_at, APPROACHING, FORWARD,
+                                        HEIGHT, LEFT, PENETRATION, RAMP,
                                         ramp_at as compiled_ramp_at, renew_rates, ROTATION, SPEED,
                                         split_load_step, YAW)
 from bristle_ros.physics.step import (AT_FINEST, FAILURES, initialise, Model, NEWTON,
@@ -40,6 +41,7 @@ LOADS = "the brush's motion is not finite there: that is no fault of the scene, 
 
 # A few commands a second are not worth a compiled function that has to be loaded.
 ramp_at = getattr(compiled_ramp_at, 'py_func', compiled_ramp_at)
+approach_at = getattr(compiled_approach_at, 'py_func', compiled_approach_at)
 
 HIGHEST = 10.0  # [m] that a command may lift the brush: what road.penetration may be
 MOST_STEPS = 2**62  # of one call: what a kernel can count
@@ -283,10 +285,8 @@ class Simulation:
 
     def _depth(self, now: float) -> float:
         road = self.scene.road
-        if now >= road.approach_time:
-            return road.penetration
-        s = now / road.approach_time
-        return road.penetration * s * s * (3.0 - 2.0 * s)
+        depth: float = approach_at(now, road.penetration, road.approach_time)[0]
+        return depth
 
     def sweeper_motion(self) -> tuple[float, float, float, float]:
         """Return (height of the mount [m], heading [rad], forward, left [m/s] of the base)."""

@@ -90,7 +90,7 @@ class Beam:
             q = self.at(n, layout.Q, 4)
             turned = matrix(q) if axes is None else axes[n - 1]
             moment = product(q * [1, -1, -1, -1], self.at(n, layout.TORQUE, 4))[1:]
-            result.append(np.concatenate((turned.T @ self.at(n, layout.FORCE, 3), moment)))
+            result.append(np.concatenate((turned.T @ self.at(n, layout.NODE_FORCE, 3), moment)))
         return np.array(result)
 
 

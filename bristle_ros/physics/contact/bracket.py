@@ -1,7 +1,7 @@
 """
 The contact problem of a step with certainty: brackets around brackets, where Newton has to pass.
 
-What `contact_newton.py` finds in two or three iterations in nearly every step is tried first.
+What `newton.py` finds in two or three iterations in nearly every step is tried first.
 Where that fails, the friction force's bound and the normal force are each bracketed.
 """
 from math import sqrt
@@ -11,7 +11,7 @@ from bristle_ros.physics.compiler import jit
 from .law import friction_coefficient, holding_force, normal_force, OPEN, SLIP, STICK, UNSOLVED
 from .newton import slip_by_newton, stick
 
-ITERATIONS = 100
+BRACKETINGS = 100
 
 
 @jit
@@ -27,7 +27,7 @@ def _bounded(w11, w12, w21, w22, s1, s2, bound):
     f2 = 0.0
     if bound < 1e-60:  # no friction; its square would underflow
         return f1, f2
-    for _ in range(ITERATIONS):
+    for _ in range(BRACKETINGS):
         a = w11 + sigma
         d = w22 + sigma
         inverse = 1.0 / (a * d - w12 * w21)
@@ -64,7 +64,7 @@ def _friction(law, h, w, base1, base2, normal):
     f1, f2 = _bounded(w[0, 0], w[0, 1], w[1, 0], w[1, 1], s1, s2, low)
     at_low = low - _bound_at(law, h, w, s1, s2, f1, f2, normal)
     side = 0
-    for _ in range(ITERATIONS):
+    for _ in range(BRACKETINGS):
         if at_low >= 0.0 or high - low <= 1e-14 * high:
             break
         bound = high - at_high * (high - low) / (at_high - at_low)
@@ -170,7 +170,7 @@ def solve_contact(law, h, w, gap0, base, state, force):
         high = at_low / w[2, 2] if law.stiffness == 0.0 else at_low / (
             1.0 + law.stiffness * w[2, 2])
     at_high, state = _mismatch(law, h, w, gap0, base, high, force)
-    for _ in range(ITERATIONS):
+    for _ in range(BRACKETINGS):
         if at_high <= 0.0:
             break
         low = high
@@ -182,7 +182,7 @@ def solve_contact(law, h, w, gap0, base, state, force):
     side = 0
     here = at_high
     normal = high
-    for iteration in range(ITERATIONS):
+    for iteration in range(BRACKETINGS):
         if abs(here) <= enough * normal:
             return _checked(law, w, base, force, state)
         if high - low <= 4e-16 * high:

@@ -15,7 +15,7 @@ from bristle_ros.physics.compiler import jit
 
 from .law import friction_coefficient, holding_force, normal_slope, SLIP, STICK, UNSOLVED
 
-NEWTON = 12
+SLIP_ITERATIONS = 12
 EXACT = 1e-14       # change of the force at which it is found, relative
 
 
@@ -34,7 +34,7 @@ def stick(law, h, w, gap0, base, force):
         normal = -a / b
     else:
         found = False
-        for _ in range(NEWTON):
+        for _ in range(SLIP_ITERATIONS):
             wanted, slope = normal_slope(law, h, gap0, a + b * normal)
             change = (wanted - normal) / (1.0 - slope * b)
             normal += change
@@ -68,7 +68,7 @@ def slip_by_newton(law, h, w, gap0, base, force):
         if size == 0.0:
             return UNSOLVED
         f1, f2 = -law.static * f3 * s1 / size, -law.static * f3 * s2 / size
-    for _ in range(NEWTON):
+    for _ in range(SLIP_ITERATIONS):
         s1 = base[0] + w[0, 0] * f1 + w[0, 1] * f2 + w[0, 2] * f3
         s2 = base[1] + w[1, 0] * f1 + w[1, 1] * f2 + w[1, 2] * f3
         gap1 = base[2] + w[2, 0] * f1 + w[2, 1] * f2 + w[2, 2] * f3

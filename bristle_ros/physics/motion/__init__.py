@@ -1,6 +1,6 @@
 """How the brush moves over the road, and what that does to a wire in its frame."""
 # flake8: noqa: F401  what other rooms may use
-from .drive import CONSTANT, RAMP, ramp_at, SINE, VAP
+from .drive import approach_at, CONSTANT, RAMP, ramp_at, SINE, VAP
 from .frame import (APPROACHING, BASICS, CLAMP, DRAG_RATE, DRAG_SPIN, Drive, drive_clamp, FORWARD,
                     FRAME, frame_at, GRAVITY, HEIGHT, HEIGHT_RATE, is_polygon, LEFT, new_motion,
                     OMEGA, PENETRATION, renew_rates, ROTATION, SPEED, SPIN, SPIN_RATE,

@@ -93,3 +93,12 @@ def profile_at(t, profile, amplitude, frequency, b):
     if phase >= 0.5:
         travelled = 2.0 * vap_quarter(0.5, b) - travelled
     return scale / frequency * travelled, speed, acceleration
+
+
+@jit
+def approach_at(t, depth, duration):
+    """Return the penetration [m] that grows to `depth` in `duration` [s], and its rate [m/s]."""
+    if t >= duration:
+        return depth, 0.0
+    s = t / duration
+    return depth * s * s * (3.0 - 2.0 * s), depth * 6.0 * s * (1.0 - s) / duration

@@ -15,7 +15,7 @@ from bristle_ros.physics.compiler import jit
 import numpy as np
 from numpy.typing import NDArray
 
-from .drive import profile_at, RAMP, ramp_at
+from .drive import approach_at, profile_at, RAMP, ramp_at
 
 # frame record
 ROTATION = 0        # 9  brush axes to road axes, row by row
@@ -48,8 +48,8 @@ BASICS = _RAMPED + 3 * RAMPS
 _RATES = (2, 5, 7, 9, 11)   # of the basics: accelerations, and the road's speed
 
 # motion, where a command splits a load step: its time, and the loads that the step had reached
-SPLIT = APPROACHING + 1
-SPLIT_BASICS = SPLIT + 1
+LOAD_SPLIT = APPROACHING + 1
+SPLIT_BASICS = LOAD_SPLIT + 1
 SPLIT_CLAMP = SPLIT_BASICS + _RAMPED    # 2  cosine and sine that place the clamp on its chord
 MOTION = SPLIT_CLAMP + 2
 
@@ -91,13 +91,7 @@ def _basics_at(t, drive, motion, out):
     out[6], out[7] = out[_RAMPED + 9], out[_RAMPED + 10]
     out[8], out[9] = out[_RAMPED + 12], out[_RAMPED + 13]
     if motion[APPROACHING] > 0.0:
-        if t < drive.approach_time:
-            s = t / drive.approach_time
-            depth = drive.penetration * s * s * (3.0 - 2.0 * s)
-            rate = drive.penetration * 6.0 * s * (1.0 - s) / drive.approach_time
-        else:
-            depth = drive.penetration
-            rate = 0.0
+        depth, rate = approach_at(t, drive.penetration, drive.approach_time)
     else:
         depth, rate = out[_RAMPED + 6], out[_RAMPED + 7]
     out[10] = drive.tip_depth - depth
@@ -122,7 +116,7 @@ def _load_step_ends(t, n, part, drive, motion, basics):
     """
     end = (n + 1.0) * drive.time_step
     _basics_at(end, drive, motion, basics[1])
-    split = motion[SPLIT]
+    split = motion[LOAD_SPLIT]
     if split > (n + 1e-9) * drive.time_step:
         for i in range(_RAMPED):
             basics[0, i] = motion[SPLIT_BASICS + i]
@@ -134,7 +128,7 @@ def _load_step_ends(t, n, part, drive, motion, basics):
 @jit
 def _chord_start(n, drive, motion, basics):
     """Return cosine and sine of the clamp's place where its chord begins; basics: the ends."""
-    if motion[SPLIT] > (n + 1e-9) * drive.time_step:
+    if motion[LOAD_SPLIT] > (n + 1e-9) * drive.time_step:
         return motion[SPLIT_CLAMP], motion[SPLIT_CLAMP + 1]
     return cos(basics[0, 0]), sin(basics[0, 0])
 
@@ -157,13 +151,13 @@ def split_load_step(t, drive, motion, basics):
     motion[SPLIT_CLAMP + 1] = (1.0 - part) * s + part * sin(basics[1, 0])
     for i in range(_RAMPED):
         motion[SPLIT_BASICS + i] = basics[0, i] + part * (basics[1, i] - basics[0, i])
-    motion[SPLIT] = t
+    motion[LOAD_SPLIT] = t
 
 
 @jit
 def renew_rates(t, drive, motion, basics):
     """Let accelerations and the road's speed be those of the new ramps where a step is split."""
-    if motion[SPLIT] == t:
+    if motion[LOAD_SPLIT] == t:
         _basics_at(t, drive, motion, basics[0])
         for i in _RATES:
             motion[SPLIT_BASICS + i] = basics[0, i]

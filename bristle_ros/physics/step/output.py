@@ -26,8 +26,8 @@ BRISTLE = {
     'clamp_stress': 4, 'clamp_stress_min': 4, 'clamp_stress_max': 4,
     'worst': 3}     # largest of these, depth of the wire below road and tip, of the tip
 (POSITION, POSITION_ROAD, POSITION_MOUNT, ORIENTATION, ORIENTATION_MOUNT, CONTACT, CONTACT_IMPULSE,
- MOUNT_FORCE, MOUNT_MOMENT, DAMPING_FORCE, ERROR, STRESS, LEAST_STRESS, LARGEST_STRESS, WORST,
- BRISTLE_COLUMNS) = accumulate(BRISTLE.values(), initial=0)
+ MOUNT_FORCE, MOUNT_MOMENT, DAMPING_FORCE, ERROR, CORNER_STRESS, LEAST_STRESS, LARGEST_STRESS,
+ WORST, BRISTLE_COLUMNS) = accumulate(BRISTLE.values(), initial=0)
 # The same of the whole brush.
 BRUSH = {
     'brush_force': 3, 'brush_torque': 3, 'contact_force_mount': 3, 'contact_torque_mount': 3,
@@ -84,7 +84,7 @@ def _put_stress(row, corners, audit, f1, f2, f3, m1, m2, m3):
     row[WORST] = 0.0
     for i in range(4):
         stress = corner_stress(corners[i], f1, f2, f3, m1, m2, m3)
-        row[STRESS + i] = stress
+        row[CORNER_STRESS + i] = stress
         row[LEAST_STRESS + i] = min(stress, audit[STRESS_MIN + i])
         row[LARGEST_STRESS + i] = max(stress, audit[STRESS_MAX + i])
         row[WORST] = max(row[WORST], -row[LEAST_STRESS + i], row[LARGEST_STRESS + i])

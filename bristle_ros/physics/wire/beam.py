@@ -22,8 +22,8 @@ from typing import NamedTuple
 from bristle_ros.physics.compiler import inlined, jit, load4, store4, with_first4
 import numpy as np
 
-from .layout import (DP, DX, ELEMENTS, EXCESS, FORCE, LANES, LFORCE, LQ, LTORQUE, LX, P, PF, PG,
-                     PM, Q, SECTION_FORCE, STRAIN, STRESS, STRESS0, TORQUE, WEIGHT, X)
+from .layout import (DP, DX, ELEMENTS, EXCESS, LANES, LFORCE, LQ, LTORQUE, LX, NODE_FORCE, P, PF,
+                     PG, PM, Q, SECTION_FORCE, STRAIN, STRESS, STRESS0, TORQUE, WEIGHT, X)
 
 GAUSS = 1.0 / np.sqrt(3.0)
 # Shape functions at the first Gauss point: left, mid, right; the second one mirrors them.
@@ -195,15 +195,15 @@ def section_forces(s, j, section, factor, mixed):
 
 @jit
 def scatter(s, j, element_length):
-    """Sum the weighted terms of block j into FORCE, TORQUE of its nodes and its left rows."""
+    """Sum the weighted terms of block j into NODE_FORCE, TORQUE of its nodes and its left rows."""
     r = s[j]
     scale = 2.0 / element_length
     near, mid, far = scale * D_NEAR, scale * D_MID, scale * D_FAR
     for row in range(3):
         one, two = load4(r, (PF + row) * LANES), load4(r, (PF + row) * LANES + ELEMENTS)
         store4(r, (LFORCE + row) * LANES, near * one - far * two)
-        store4(r, (FORCE + row) * LANES, mid * (one - two))
-        store4(r, (FORCE + row) * LANES + ELEMENTS, far * one - near * two)
+        store4(r, (NODE_FORCE + row) * LANES, mid * (one - two))
+        store4(r, (NODE_FORCE + row) * LANES + ELEMENTS, far * one - near * two)
     for row in range(4):
         one, two = load4(r, (PM + row) * LANES), load4(r, (PM + row) * LANES + ELEMENTS)
         g_one, g_two = load4(r, (PG + row) * LANES), load4(r, (PG + row) * LANES + ELEMENTS)
@@ -231,10 +231,10 @@ def internal_forces(s, blocks, clamp, section, factor, mixed):
         r = s[j]
         for row in range(7):
             # left corners are right ones one lane back; the lane behind the last is always zero
-            right = (FORCE + row) * LANES + ELEMENTS
+            right = (NODE_FORCE + row) * LANES + ELEMENTS
             store4(r, right, load4(r, right) + load4(r, (LFORCE + row) * LANES + 1))
             if j > 0:
-                s[j - 1, (FORCE + row) * LANES + LANES - 1] += r[(LFORCE + row) * LANES]
+                s[j - 1, (NODE_FORCE + row) * LANES + LANES - 1] += r[(LFORCE + row) * LANES]
 
 
 @jit

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .layout import ELEMENTS, INERTIA, LANES, LR, MASS, Q, R, TORQUE
-from .tangent import (add_to, BLOCK, block_tangent, keep_strain_matrix, LEFT_LEFT, LEFT_MIDDLE,
+from .tangent import (add_to, block_tangent, keep_strain_matrix, LEFT_LEFT, LEFT_MIDDLE,
                       LEFT_RIGHT, MIDDLE_MIDDLE, MIDDLE_RIGHT, moment_tangent, RIGHT_RIGHT,
-                      TANGENT_WORK)
+                      SIX_BY_SIX, TANGENT_WORK)
 
 # record of a corner
 MATRIX = 48
@@ -27,11 +27,11 @@ RECORD = CORNER + 8
 
 # mid nodes of a block, matrices row by row, four lanes each
 MID_INVERSE = 0
-LEFT_MID = BLOCK            # K_Lm K_mm^-1, for the corner on the left
-RIGHT_MID = 2 * BLOCK       # K_Rm K_mm^-1
-MID_LEFT = 3 * BLOCK        # K_mm^-1 K_mL
-MID_RIGHT = 4 * BLOCK       # K_mm^-1 K_mR
-STRAIN_MATRIX = 5 * BLOCK   # of the force strains at the Gauss points, mixed.py
+LEFT_MID = SIX_BY_SIX            # K_Lm K_mm^-1, for the corner on the left
+RIGHT_MID = 2 * SIX_BY_SIX       # K_Rm K_mm^-1
+MID_LEFT = 3 * SIX_BY_SIX        # K_mm^-1 K_mL
+MID_RIGHT = 4 * SIX_BY_SIX       # K_mm^-1 K_mR
+STRAIN_MATRIX = 5 * SIX_BY_SIX   # of the force strains at the Gauss points, section_force.py
 MIDS = STRAIN_MATRIX + 54 * LANES
 
 OK = 0
@@ -39,7 +39,7 @@ SINGULAR = 1
 
 _ROW = 6 * ELEMENTS         # of a block's matrix, from one row to the next
 _RIGHT_LEFT = TANGENT_WORK  # condensed, not symmetric where the frame turns
-_PADDED = _RIGHT_LEFT + BLOCK
+_PADDED = _RIGHT_LEFT + SIX_BY_SIX
 CHAIN_WORK = _PADDED + MATRIX
 
 
@@ -169,7 +169,7 @@ def _condense(work, mids):
     """Eliminate the mid nodes of a block; fill its mids : (MIDS,). Return OK or SINGULAR."""
     if _invert_lanes(work, MIDDLE_MIDDLE) != OK:
         return SINGULAR
-    for i in range(BLOCK):
+    for i in range(SIX_BY_SIX):
         mids[MID_INVERSE + i] = work[MIDDLE_MIDDLE + i]
     for row in range(6):    # K_RL = K_LR^T still
         for col in range(6):
@@ -298,7 +298,8 @@ def eliminate(s, elements, mids, chain):
     """
     Forward sweep over the residual rows, mid nodes first, then corners from clamp to tip.
 
-    Lanes 4-7 of LR hold what the left corners' residual is still short of: zero, or see mixed.py.
+    Lanes 4-7 of LR hold what the left corners' residual is still short of: zero, or see
+    section_force.py.
 
     Afterwards the tip's increment is INVERSE times CORNER of the last record.
     """

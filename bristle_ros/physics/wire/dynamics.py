@@ -17,7 +17,7 @@ from math import sqrt
 from bristle_ros.physics.compiler import jit, load8, store8
 from bristle_ros.physics.motion import DRAG_SPIN, GRAVITY, SPIN, SPIN_RATE
 
-from .layout import (A0, ACC0, FORCE, HA, HV, INERTIA, JUMP, LANES, MASS, Q, Q0, R, tip_lane,
+from .layout import (A0, ACC0, HA, HV, INERTIA, JUMP, LANES, MASS, NODE_FORCE, Q, Q0, R, tip_lane,
                      TORQUE, V0, X, X0)
 
 
@@ -93,13 +93,13 @@ def residual(s, blocks, ca, cv, mass_damping, frame):
             m = s[j, MASS * LANES + i]
             f1 = m * (g1 - 2.0 * (o2 * v3 - o3 * v2) - o1 * ox + square * x1 - (d2 * x3 - d3 * x2)
                       - mass_damping * (v1 + drag * x2) - ca * u1
-                      + s[j, HA * LANES + i]) - s[j, FORCE * LANES + i]
+                      + s[j, HA * LANES + i]) - s[j, NODE_FORCE * LANES + i]
             f2 = m * (g2 - 2.0 * (o3 * v1 - o1 * v3) - o2 * ox + square * x2 - (d3 * x1 - d1 * x3)
                       - mass_damping * (v2 - drag * x1) - ca * u2
-                      + s[j, (HA + 1) * LANES + i]) - s[j, (FORCE + 1) * LANES + i]
+                      + s[j, (HA + 1) * LANES + i]) - s[j, (NODE_FORCE + 1) * LANES + i]
             f3 = m * (g3 - 2.0 * (o1 * v2 - o2 * v1) - o3 * ox + square * x3 - (d1 * x2 - d2 * x1)
                       - mass_damping * v3 - ca * u3 + s[j, (HA + 2) * LANES + i]
-                      ) - s[j, (FORCE + 2) * LANES + i]
+                      ) - s[j, (NODE_FORCE + 2) * LANES + i]
             q0 = s[j, Q * LANES + i]
             q1 = s[j, (Q + 1) * LANES + i]
             q2 = s[j, (Q + 2) * LANES + i]
@@ -183,8 +183,8 @@ def local_error(s, elements, h, scheme, push):
     r = s[block]
     tip_change = 0.0
     for row in range(3):
-        store8(r, FORCE * LANES, _change_of_a(r, row, ca, by_step, by_old, back))
-        tip_change += (2.0 * r[FORCE * LANES + lane] + push[row]) * push[row]
+        store8(r, NODE_FORCE * LANES, _change_of_a(r, row, ca, by_step, by_old, back))
+        tip_change += (2.0 * r[NODE_FORCE * LANES + lane] + push[row]) * push[row]
     total = max(_sum(r, total) + r[MASS * LANES + lane] * tip_change, 0.0)
     constant = abs(scheme.beta + 0.5 * (scheme.alpha_m - scheme.alpha_f) - 1.0 / 6.0)
     return constant * h * h * sqrt(total / _sum(r, mass))
@@ -201,10 +201,10 @@ def _change_of_a(r, row, ca, by_step, by_old, back):
 @jit
 def _sum(r, lanes):
     """Return the sum of a vector, by way of a row that is free between evaluations of forces."""
-    store8(r, FORCE * LANES, lanes)
+    store8(r, NODE_FORCE * LANES, lanes)
     total = 0.0
     for i in range(LANES):
-        total += r[FORCE * LANES + i]
+        total += r[NODE_FORCE * LANES + i]
     return total
 
 

@@ -31,7 +31,7 @@ JUMP = 140      # 6  change of A0 over the last step
 HA = 32         # 6  acceleration = ca * increment - HA
 HV = 38         # 6  velocity = cv * increment + HV
 R = 44          # 6  residual force and moment, section axes
-FORCE = 50      # 3  internal force [N], brush axes
+NODE_FORCE = 50      # 3  internal force [N], brush axes
 TORQUE = 53     # 4  internal moment as a quaternion: moment = Im(conj(Q) TORQUE) [N m]
 MASS = 57       # 1  [kg]
 INERTIA = 58    # 3  [kg m^2], section axes
@@ -57,7 +57,7 @@ PM = 112        # 4
 STRAIN0 = 116   # 6
 RATE0 = 122     # 6
 RATEACC0 = 128  # 6
-# point rows of the section force as an unknown of its own (mixed.py)
+# point rows of the section force as an unknown of its own (section_force.py)
 SECTION_FORCE0 = 146    # 3  [N] at the start of the step, section axes
 SECTION_FORCE = 149     # 3  now
 EXCESS = 152    # 3  what the strain would make of it, less what it is

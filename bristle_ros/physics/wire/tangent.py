@@ -40,14 +40,14 @@ _U = 51                     # 4 x 3, w (H_yy N + H_yz D) J
 _V = 63                     # 4 x 3, w (H_zy N + H_zz D) J
 _NODE = 75
 # rows of four lanes: the six different 6 x 6 blocks of the elements, row by row
-BLOCK = 36 * ELEMENTS
+SIX_BY_SIX = 36 * ELEMENTS
 LEFT_LEFT = (_NODES + 3 * _NODE) * LANES
-LEFT_MIDDLE = LEFT_LEFT + BLOCK
-LEFT_RIGHT = LEFT_MIDDLE + BLOCK
-MIDDLE_MIDDLE = LEFT_RIGHT + BLOCK
-MIDDLE_RIGHT = MIDDLE_MIDDLE + BLOCK
-RIGHT_RIGHT = MIDDLE_RIGHT + BLOCK
-TANGENT_WORK = RIGHT_RIGHT + BLOCK
+LEFT_MIDDLE = LEFT_LEFT + SIX_BY_SIX
+LEFT_RIGHT = LEFT_MIDDLE + SIX_BY_SIX
+MIDDLE_MIDDLE = LEFT_RIGHT + SIX_BY_SIX
+MIDDLE_RIGHT = MIDDLE_MIDDLE + SIX_BY_SIX
+RIGHT_RIGHT = MIDDLE_RIGHT + SIX_BY_SIX
+TANGENT_WORK = RIGHT_RIGHT + SIX_BY_SIX
 
 
 @jit
@@ -223,9 +223,9 @@ def block_tangent(s, section, factor, a):
     a : (TANGENT_WORK,)          a[LEFT_RIGHT + 4 (6 row + col) + element], for instance
     factor : float               as in `section_forces`, times which damping stiffens the material
     Rows and columns: (displacement, rotation), section axes of the node. It is the derivative of
-    FORCE turned into the nodes' axes and of the moment at fixed TORQUE frame; what the turning of
-    the moment's own axes adds is `moment_tangent`, for each node once. The matrix of an element is
-    symmetric, so the blocks above its diagonal say all.
+    NODE_FORCE turned into the nodes' axes and of the moment at fixed TORQUE frame; what the
+    turning of the moment's own axes adds is `moment_tangent`, for each node once. The matrix of an
+    element is symmetric, so the blocks above its diagonal say all.
     """
     c = stiffness(section)
     c = (factor * c[0], factor * c[1], factor * c[2],
@@ -247,7 +247,7 @@ def block_tangent(s, section, factor, a):
     for one in range(3):
         for two in range(one, 3):
             _pair(a, one, two, out)
-            out += BLOCK
+            out += SIX_BY_SIX
 
 
 @jit

@@ -7,7 +7,7 @@ from bristle_ros.physics.wire.chain import (chain_work, eliminate, factorise, MI
                                             substitute)
 from bristle_ros.physics.wire.coefficients import pseudo_step
 from bristle_ros.physics.wire.dynamics import residual
-from bristle_ros.physics.wire.tangent import (BLOCK, block_tangent, LEFT_LEFT, moment_tangent,
+from bristle_ros.physics.wire.tangent import (block_tangent, LEFT_LEFT, moment_tangent, SIX_BY_SIX,
                                               TANGENT_WORK)
 from numba import njit
 import numpy as np
@@ -97,7 +97,7 @@ def test_internal_forces_balance():
     y = beam.rows[0, layout.LTORQUE:layout.LTORQUE + 4, 0]
     moment = product(y, q * [1, -1, -1, -1])[1:] + np.cross(clamp, force)
     for n, (x, p) in enumerate(beam.nodes[1:], 1):
-        f = beam.at(n, layout.FORCE, 3)
+        f = beam.at(n, layout.NODE_FORCE, 3)
         force += f
         moment += np.cross(x, f) + product(beam.at(n, layout.TORQUE, 4), p * [1, -1, -1, -1])[1:]
     assert abs(force).max() < 1e-13
@@ -128,10 +128,10 @@ def tangents(beam, factor=1.0):
     at = LEFT_LEFT
     for one in range(3):
         for two in range(one, 3):
-            block = work[at:at + BLOCK].reshape(6, 6, 4).transpose(2, 0, 1)
+            block = work[at:at + SIX_BY_SIX].reshape(6, 6, 4).transpose(2, 0, 1)
             matrices[:, 6 * one:6 * one + 6, 6 * two:6 * two + 6] = block
             matrices[:, 6 * two:6 * two + 6, 6 * one:6 * one + 6] = block.transpose(0, 2, 1)
-            at += BLOCK
+            at += SIX_BY_SIX
     return matrices
 
 
