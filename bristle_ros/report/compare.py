@@ -1,0 +1,2 @@
+def show(page, old, new):
+    pass
