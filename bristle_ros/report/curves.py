@@ -4,6 +4,7 @@ Error against cost: which runs pay, and what a given error costs between them.
 Costs come as one wall time for each round of timing, so that each round has curves and a ratio of
 its own: what they spread is the interval. Errors are known up to the converged run's own error.
 """
+from itertools import pairwise
 import math
 from typing import NamedTuple
 
@@ -38,7 +39,7 @@ def cost_at(paying, error):
     """
     if not paying or error < paying[0][0]:
         return None
-    for (e0, c0), (e1, c1) in zip(paying, paying[1:]):
+    for (e0, c0), (e1, c1) in pairwise(paying):
         if error <= e1:
             share = math.log(error / e0) / math.log(e1 / e0)
             return c0 * (c1 / c0) ** share
@@ -103,5 +104,5 @@ def rises(rows, key, own):
     rows : dicts of one family, by falling step;  own : the converged run's own error, below which
     nothing is told apart
     """
-    return [(coarse, fine) for coarse, fine in zip(rows, rows[1:])
+    return [(coarse, fine) for coarse, fine in pairwise(rows)
             if fine[key] > coarse[key] + own]

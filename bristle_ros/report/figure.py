@@ -1,4 +1,4 @@
-"""Panels of the page's figures: SVG with text as text, one colour and mark for each thing drawn."""
+"""Panels of the figures: SVG with text as text, one colour and mark for each thing drawn."""
 from html import escape
 import io
 import math
@@ -37,7 +37,8 @@ def new_panel(title='', x='', y='', size=SIZE):
     from matplotlib import pyplot
     pyplot.rcParams.update({
         'font.size': 10, 'axes.grid': True, 'grid.alpha': 0.3, 'axes.axisbelow': True,
-        'svg.fonttype': 'none', 'font.family': 'sans-serif', 'figure.constrained_layout.use': True})
+        'svg.fonttype': 'none', 'font.family': 'sans-serif',
+        'figure.constrained_layout.use': True})
     figure, axes = pyplot.subplots(figsize=size)
     axes.set(title=title, xlabel=x, ylabel=y)
     return figure, axes

@@ -32,14 +32,14 @@ def _parse(arguments):
     parser.add_argument('--seed', type=int, metavar='N',
                         help='of the randomly drawn campaign cases; default: the clock')
     parser.add_argument('--drawn', type=int, metavar='N',
-                        help='how many cases are drawn; default 1000, with --quick 40')
+                        help='how many cases are drawn; default 1000, with --quick 24')
     parser.add_argument('--wall-limit', type=float, default=20.0, metavar='S',
                         help='of one campaign case; default 20, with --quick at most 3')
     parser.add_argument('--repeats', type=int, metavar='N',
                         help='rounds of timing; default 7, with --quick 3')
     options = parser.parse_args(arguments)
     if options.drawn is None:
-        options.drawn = 40 if options.quick else 1000
+        options.drawn = 24 if options.quick else 1000
     if options.repeats is None:
         options.repeats = 3 if options.quick else 7
     if options.seed is None:

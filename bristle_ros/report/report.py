@@ -46,7 +46,8 @@ def _method(page, results):
                  'to two times, and is marked and widens intervals by what the loop was slower '
                  'if that does not help. A verdict whose interval crosses its threshold is left '
                  'open.')
-    lines = [about['command'], f'campaign seed {about["seed"]}, {about["repeats"]} rounds of timing',
+    lines = [about['command'], f'campaign seed {about["seed"]}',
+             f'{about["repeats"]} rounds of timing',
              f'calibration loop, at best: {1e3 * (about.get("calibration") or 0.0):.3g} ms',
              *(f'{name}: {value}' for name, value in about['machine'].items()),
              *(f'part {name}: {seconds:.0f} s' for name, seconds in results['seconds'].items())]

@@ -15,7 +15,8 @@ table {border-collapse: collapse; font-size: 14px} caption {text-align: left; co
 td, th {border: 1px solid #ccc; padding: .25em .5em; text-align: left; vertical-align: top}
 td {min-width: 3.2em; max-width: 34em} td.n {text-align: right; white-space: nowrap}
 th {background: #f1f3f5} th button {all: unset; cursor: pointer; font-weight: bold}
-th button:focus-visible {outline: 2px solid #1f77b4} th button::after {content: ' \\2195'; color: #888}
+th button:focus-visible {outline: 2px solid #1f77b4}
+th button::after {content: ' \\2195'; color: #888}
 th[aria-sort=ascending] button::after {content: ' \\2191'}
 th[aria-sort=descending] button::after {content: ' \\2193'}
 .scroll {overflow-x: auto; margin: .8em 0; max-width: 100%}
@@ -44,7 +45,9 @@ summary {cursor: pointer; font-weight: 600}
 
 # Opens what is folded before printing; sorts a table by the column whose heading is pressed.
 SCRIPT = """
-addEventListener('beforeprint', () => document.querySelectorAll('details').forEach(d => d.open = true));
+addEventListener('beforeprint', () => {
+  document.querySelectorAll('details').forEach(folded => folded.open = true);
+});
 document.querySelectorAll('th button').forEach(button => button.addEventListener('click', () => {
   const th = button.parentElement, table = th.closest('table'), body = table.tBodies[0];
   const down = th.getAttribute('aria-sort') === 'ascending';

@@ -19,6 +19,7 @@ LOOPS = 3               # of which the best counts
 SLOW = 1.15             # times the best calibration: from there on a timing is disturbed
 WAITED = 0.05           # share of a timing in which the process did not run
 AGAIN = 2               # more attempts at a disturbed timing
+ALL_CORES = 'bristle_ros on all cores'    # the one program that is not kept on one
 SHORT = 0.02            # [s] below which a run is repeated until it has lasted as long
 
 
@@ -80,7 +81,7 @@ class Timer:
 
     def _worker(self, program):
         if program not in self._workers:
-            self._workers[program] = Worker(cores()[-1])
+            self._workers[program] = Worker(None if program == ALL_CORES else cores()[-1])
         return self._workers[program]
 
     def _once(self, timed):
@@ -108,7 +109,7 @@ class Timer:
 
     def group(self, timed, repeats=None):
         """
-        Time a group of Timed; return {key: dict with walls, disturbed, slowest}, failures left out.
+        Time a group of Timed; return {key: dict of walls, disturbed, slowest}, without failures.
 
         Every list of walls has the same length: entry i of each is from round i.
         """

@@ -19,7 +19,7 @@ ORDER = math.sqrt(10.0)     # 'of the order of': within this factor
 HUGE = 140.0            # [N] of the paper
 TIP, IMPULSE = 1.0, 5.0     # [%] of path and impulse: 'practically', 'appropriate', 'acceptable'
 MUCH = 2.0              # times: 'much less'
-LEVELS = {'path': (1.0, 0.3, 0.1), 'force': (30.0, 10.0, 3.0)}      # [%]
+LEVELS = {'path': (1.0, 0.3, 0.1), 'force': (20.0, 14.0, 8.0)}      # [%]
 
 
 def _row(claim, reading, measured, verdict, cause=''):
@@ -78,7 +78,7 @@ def _polygon(rows):
     peaks = spread([abs(row['extreme']) for row in coarse])
     calm = spread([abs(row['extreme']) for row in damped])
     tip = spread([row['tip_error'] for row in coarse])
-    rest = spread([row['rest_error'] for row in coarse])
+    whole = spread([row['whole_error'] for row in coarse])
     found = [
         _row('when dt = 1 ms, damping forces of the order of -140 N are generated',
              f'the largest magnitude within a factor {ORDER:.2g} of 140 N, for integrators as the '
@@ -90,9 +90,9 @@ def _polygon(rows):
              f'path {tip} %, damping force {peaks} N',
              every(at_most(tip, TIP), at_least(peaks, FORCE))),
         _row('The static and inertia components are also affected; their values are much smaller',
-             f'TS 1 ms: error of the rest of the clamp force at most 1/{MUCH:g} of the damping '
-             "force's", f'rest {rest} N, damping {peaks} N, ratio '
-             f'{_share(rest, peaks)}', at_most(_share(rest, peaks), 1.0 / MUCH))]
+             'this program gives the clamp force as a whole, from the momentum of the wire, and '
+             'does not part it', f'TS 1 ms: clamp force off by {whole} N, its damping component '
+             f'by {peaks} N', at_least(None, 0.0))]
     fine = [row for row in like if 0.0 < row['TS'] < 1e-5]
     if fine:
         worst = max(fine, key=lambda row: abs(row['extreme']))
@@ -105,10 +105,6 @@ def _polygon(rows):
             f'ITS {1e6 * worst["ITS"]:g} us ({len(fine)} runs)', at_most(exact(largest), FORCE),
             f'with TS = ITS, where all points lie on the circle: {equal} N'))
     return found
-
-
-def _share(one, other):
-    return Measured(one.value / other.value, one.low / other.high, one.high / other.low)
 
 
 def _errors(found, what, values):
@@ -196,12 +192,13 @@ def _cost(data):
     for name, key, what in (('path', 'rotation_cost', 'tip path of the free rotation'),
                             ('force', 'force_cost', 'damping force at the clamp, figure 4')):
         ratios = cost_ratios(data[key], LEVELS[name])
-        said = '; '.join(f'at {level:g} % error {ratio or "not reached"}'
+        said = '; '.join(f'at {level:g} % error {ratio} times' if ratio else
+                         f'{level:g} % error is not reached, or not clear'
                          for level, ratio in ratios)
         found.append(_row(
             'much less computational resources are needed (inertia load case)',
             f'run time on the polygon (TS = ITS and TS > ITS) over that of the inertia load case '
             f'at equal error of the {what}, each at its own best settings, at least {MUCH:g} '
-            'times at each of three errors', f'{said} times',
+            'times at each of three errors', said,
             every(*(at_least(ratio, MUCH) for _, ratio in ratios))))
     return found

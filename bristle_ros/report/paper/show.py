@@ -25,7 +25,7 @@ def damping_rows(rows):
         found.append({
             'load_case': row['load_case'], 'TS': 1e3 * row['TS'], 'ITS': 1e6 * row['ITS'],
             'integrator': row['integrator'], 'extreme': row['extreme'], 'low': row['low'],
-            'high': row['high'], 'rest_error': row['rest_error'], 'tip_error': row['tip_error'],
+            'high': row['high'], 'whole_error': row['whole_error'], 'tip_error': row['tip_error'],
             'planar': planar[place] if place is not None and row['load_case'] != 'inertia'
             else None, 'duration': 1e3 * row['duration']})
     return sorted(found, key=lambda row: -abs(row['extreme']))
@@ -178,7 +178,7 @@ def _figures(page, data):
     page.table('paper_damping_force', damping_rows(data['damping']), {
         'load_case': 'load case', 'TS': 'TS [ms]', 'ITS': 'ITS [us]', 'integrator': 'integrator',
         'extreme': 'damping force, largest magnitude [N]', 'low': 'least [N]',
-        'high': 'largest [N]', 'rest_error': 'error of the rest of the clamp force [N]',
+        'high': 'largest [N]', 'whole_error': 'error of the whole clamp force [N]',
         'tip_error': 'error of the tip path [%]', 'planar': 'planar models [N]',
         'duration': 'simulated [ms]'}, 'Forces at the clamp, the largest first.')
     page.unfold()

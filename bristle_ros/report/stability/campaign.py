@@ -156,7 +156,8 @@ def measure(context, cases=None):
     if cases is None:
         cases = campaign_cases.short() if context.quick else campaign_cases.listed()
         cases = cases + campaign_cases.drawn(context.seed, context.drawn,
-                                             0.1 if context.quick else 0.5)
+                                             0.1 if context.quick else 0.5,
+                                             context.wall_limit)
 
     def tell(value, job, done, total):
         context.progress.count(done, total, f'campaign {done} of {total}: {job.label}')

@@ -29,6 +29,7 @@ BASES = {
         'contact.enabled': False, 'damping.mass': 0.0, 'drive.mean_speed': 150 * RPM,
         'drive.alternating_speed': 4 * RPM},
 }
+PACE = 4e5   # steps of an element per second that any machine does
 STEPS = 1_500_000    # of one case: what its wall limit lets it do on most machines
 OF_CONTACT = ('contact.', 'friction.', 'road.', 'sweeper.')
 
@@ -210,12 +211,13 @@ def listed(duration=0.5):
     return cases
 
 
-def drawn(seed, count, duration=0.5):
+def drawn(seed, count, duration=0.5, limit=20.0):
     """
     Return `count` cases drawn at random: each changes two to six things of a base.
 
     On top of that, and each by itself: load case, integrator, load steps longer than ITS,
-    commands within their limits, and a reset.
+    commands within their limits, and a reset. What would last longer than the wall limit [s] is
+    shorter: on most machines no case is cut off.
     """
     draw = random.Random(seed)
     cases = []
@@ -227,6 +229,9 @@ def drawn(seed, count, duration=0.5):
             changes[key] = _draw_value(draw, AXES[key])
         changes.update(_draw_scheme(draw))
         case = make_case(f'drawn {seed}.{number}, {_spell(changes)}', base, changes, duration)
+        its = case.parameters['solver.integration_time_step']
+        most = max(100, int(PACE * limit / case.parameters.get('solver.elements', 12)))
+        case = case._replace(duration=min(round(case.duration / its), most) * its)
         cases.append(_with_events(draw, case, base))
     return cases
 
