@@ -74,8 +74,8 @@ def paper_line(results):
     counts = {word: sum(row['verdict'] == word for row in rows) for word in WORDS}
     ratios = [str(ratio) for _, ratio in claims.cost_ratios(
         data['rotation_cost'], claims.LEVELS['path']) if ratio]
-    return (f"The paper's claims: of {len(rows)} " + ', '.join(
-        f'{count} {word}' for word, count in counts.items() if count)
+    return (f"The paper's claims, {len(rows)} of them: " + ', '.join(
+        f'{word}: {count}' for word, count in counts.items() if count)
         + '; run time of the displacement load case over the inertia one at equal error '
         + (', '.join(ratios) or 'not clear') + '.')
 

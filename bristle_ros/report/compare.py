@@ -99,8 +99,8 @@ def show(page, old, new):
     page.heading('Compared with an earlier report')
     same = old['about']['machine'].get('cpu') == new['about']['machine'].get('cpu')
     page.says(f'With that of {old["about"]["date"]}, on {"the same" if same else "another"} '
-              f'processor; run times are divided by the calibration loop\'s, {_pace(old, new):.3g} '
-              'of what it was.')
+              'processor; run times are divided by that of the calibration loop, which took '
+              f'{_pace(old, new):.3g} of what it did.')
     rows, count = time_rows(old, new)
     page.says(f'{len(rows)} of {count} run times changed beyond the noise.')
     page.table('compared_times', rows, {

@@ -47,7 +47,7 @@ def new_panel(title='', x='', y='', size=SIZE):
 def plot(axes, name, x, y, *, line=True, label=None, **style):
     """Draw points of a thing of MARKS in its colour and mark."""
     tint, marker, _ = MARKS[name]
-    axes.plot(x, y, marker=marker or None, color=tint, ms=5, lw=1.2 if line else 0.0,
+    axes.plot(x, y, marker=marker or None, color=tint, ms=6.5 if marker in ('X', 'P', '*') else 5, lw=1.2 if line else 0.0,
               ls='-' if line else 'none', label=label or name, **style)
 
 
@@ -66,7 +66,7 @@ def log_axes(axes, x=True, y=True):
         scale('log')
         low, high = limits()
         decades = math.log10(high / low) if low > 0.0 else 9.0
-        subs = (1.0,) if decades > 2.0 else (1.0, 2.0, 5.0)
+        subs = (1.0,) if decades > 1.3 else (1.0, 2.0, 5.0)
         axis.set_major_locator(LogLocator(subs=subs, numticks=8))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f'{value:g}'))
         axis.set_minor_formatter(NullFormatter())
@@ -93,6 +93,6 @@ def svg(figure, alt):
     text = re.sub(r'<metadata>.*?</metadata>', '', text, flags=re.DOTALL)
     text = re.sub(r'<svg ([^>]*?)width="[^"]*" ', r'<svg \1', text, count=1)
     text = re.sub(r'<svg ([^>]*?)height="[^"]*" ', r'<svg \1', text, count=1)
-    # small enough to keep, precise enough to print
-    text = re.sub(r'(-?\d+\.\d\d)\d+', r'\1', text)
+    # coordinates: small enough to keep, precise enough to print; texts as they are
+    text = re.sub(r'<[^>]*>', lambda tag: re.sub(r'(-?\d+\.\d\d)\d+', r'\1', tag.group(0)), text)
     return text.replace('<svg ', f'<svg role="img" aria-label="{escape(alt)}" ', 1)

@@ -22,9 +22,9 @@ def clean(value):
     return value
 
 
-def write(path, results):
+def write(path, results, indent=1):
     """Write results as JSON."""
-    path.write_text(json.dumps(clean(results), indent=1) + '\n', encoding='utf-8')
+    path.write_text(json.dumps(clean(results), indent=indent) + '\n', encoding='utf-8')
 
 
 def read(path, key='--compare'):
@@ -44,6 +44,9 @@ def read(path, key='--compare'):
 
 def kept(results):
     """Return results without what only figures need: what is kept with the source."""
-    parts = {name: {key: value for key, value in data.items() if key != 'series'}
-             for name, data in results['parts'].items()}
+    parts = {name: {key: value for key, value in data.items() if key not in ('series', 'steps')}
+             for name, data in results['parts'].items() if name != 'estimate'}
+    if 'stability' in parts:    # what is counted, of each case
+        parts['stability'] = {**parts['stability'], 'cases': [
+            {key: row[key] for key in ('kind', 'drawn')} for row in parts['stability']['cases']]}
     return {**results, 'parts': parts}

@@ -8,7 +8,7 @@ h1 {font-size: 1.5em; line-height: 1.2} h2 {margin-top: 2.4em; border-bottom: 1p
 h3 {margin-top: 1.8em}
 h2 a, h3 a {color: inherit; text-decoration: none}
 nav ul {columns: 2; padding-left: 1.2em} nav ul ul {columns: 1}
-.answer {border: 2px solid #1f77b4; border-radius: 6px; padding: .2em 1em}
+.answer {border: 2px solid #1f77b4; border-radius: 6px; padding: .2em 1em .2em 2.2em}
 .answer li {margin: .35em 0}
 .marked {background: #fff3cd; border-left: 4px solid #e0a800; padding: .4em .8em}
 table {border-collapse: collapse; font-size: 14px} caption {text-align: left; color: #444}

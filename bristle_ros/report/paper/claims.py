@@ -42,7 +42,7 @@ def judge(data):
 
 def _friction(data):
     worst = max((each['worst'] for each in data['friction']), default=None)
-    return [_row('The validation process yields: mu_k = 0.27, mu_s = 0.70, and c_v = 0.40 s/m',
+    return [_row('The validation process yields: μk = 0.27, μs = 0.70, and cv = 0.40 s/m',
                  'a fit of three measured points, which the paper shows only in a figure',
                  'simulated tips deviate from eq. (1) with these numbers by at most '
                  + (f'{worst:.2g}' if worst is not None else 'an unknown amount'),
@@ -63,7 +63,7 @@ def _forces(rows):
              'is in the figure alone), all integrators and steps of this run',
              f'least {early} N, largest {early_high} N',
              every(at_least(early, 0.0), at_most(early_high, FORCE))),
-        _row('the same, later', f'every value of {found[0]["duration"]:g} s',
+        _row('the damping forces should be positive and less than 0.05 N: later', f'every value of {found[0]["duration"]:g} s',
              f'least {lowest} N, largest {highest} N; positive {share} % of the time',
              every(at_least(lowest, 0.0), at_most(highest, FORCE)))]
 
@@ -80,16 +80,18 @@ def _polygon(rows):
     tip = spread([row['tip_error'] for row in coarse])
     whole = spread([row['whole_error'] for row in coarse])
     found = [
-        _row('when dt = 1 ms, damping forces of the order of -140 N are generated',
+        _row('when δt = 1 ms, damping forces of the order of -140 N are generated',
              f'the largest magnitude within a factor {ORDER:.2g} of 140 N, for integrators as the '
              "paper's program has them and all steps of this run; signs depend on axes that the "
              'paper does not give', f'{peaks} N', between(peaks, HUGE / ORDER, HUGE * ORDER),
              f'with an integrator of spectral radius 0, on the same polygon: {calm} N'),
-        _row('errors relatively small in the DOF results, but huge errors in the forces',
+        _row('errors relatively small in the Degree of Freedom (DOF) results, but it may produce '
+             'huge errors in the forces and moments, particularly the damping components',
              f'TS 1 ms: tip path off by at most {TIP:g} %, damping force by at least {FORCE:g} N',
              f'path {tip} %, damping force {peaks} N',
              every(at_most(tip, TIP), at_least(peaks, FORCE))),
-        _row('The static and inertia components are also affected; their values are much smaller',
+        _row('The static and inertia components of the forces and moments are also affected ...; '
+             'nevertheless, their values are much smaller than the damping components',
              'this program gives the clamp force as a whole, from the momentum of the wire, and '
              'does not part it', f'TS 1 ms: clamp force off by {whole} N, its damping component '
              f'by {peaks} N', at_least(None, 0.0))]
@@ -99,7 +101,7 @@ def _polygon(rows):
         largest = abs(worst['extreme'])
         equal = spread([abs(row['extreme']) for row in fine if row['TS'] == row['ITS']])
         found.append(_row(
-            'convergence is achieved when dt < 0.01 ms (displacement load case)',
+            'convergence is achieved when δt < 0.01 ms',
             f'the damping force is below {FORCE:g} N for every TS below 0.01 ms and every ITS up '
             'to it that was run', f'largest {largest:.3g} N, at TS {1e6 * worst["TS"]:g} us and '
             f'ITS {1e6 * worst["ITS"]:g} us ({len(fine)} runs)', at_most(exact(largest), FORCE),
@@ -134,14 +136,14 @@ def _sensitive(found):
     beyond = [either(at_least(errors[0], TIP), at_least(errors[1], IMPULSE))
               for _, errors in larger]
     return [
-        _row('an appropriate maximum limit for the ITS is 5 to 10 us: it is enough', limits,
+        _row('an appropriate maximum limit for the ITS is 5 to 10 μs: enough', limits,
              _text(small), _good(small)),
-        _row('the same: and it is needed',
+        _row('an appropriate maximum limit for the ITS is 5 to 10 μs: needed',
              'every longer ITS that was run exceeds one of these limits; sweeping run with 1 ms '
              'of damping', '; '.join(f'{1e6 * value:g} us: {_text(errors)}'
                                      for value, errors in larger), every(*beyond)),
         _row('12 beam elements is an appropriate number', limits, _text(mesh), _good(mesh)),
-        _row('for the InerLC, convergence is practically achieved at least when dt < 1 ms',
+        _row('for the InerLC, convergence is practically achieved at least when δt < 1 ms',
              f'TS 1 ms and 0.5 ms: {limits}', _text(ts), _good(ts))]
 
 
@@ -165,7 +167,7 @@ def _figure5(rows):
             impulse = 1e3 * impulses[0][0]
             deep = [other for other in rows if other['penetration'] == DEEP]
             found.append(_row(
-                'brush penetration = 0.04 mm', 'with it the tip touches the road, as figure 5(a) '
+                'brush penetration ..., Δ = 0.04 mm', 'with it the tip touches the road, as figure 5(a) '
                 'shows: normal impulse above zero', f'{impulse:.3g} mN s',
                 at_least(exact(impulse), 1e-9),
                 f'at 40 mm: {1e3 * deep[0]["impulses"][0][0]:.3g} mN s' if deep else ''))
@@ -196,7 +198,8 @@ def _cost(data):
                          f'{level:g} % error is not reached, or not clear'
                          for level, ratio in ratios)
         found.append(_row(
-            'much less computational resources are needed (inertia load case)',
+            'applying inertia loads may be more suitable ..., because much less computational '
+            'resources are needed',
             f'run time on the polygon (TS = ITS and TS > ITS) over that of the inertia load case '
             f'at equal error of the {what}, each at its own best settings, at least {MUCH:g} '
             'times at each of three errors', said,

@@ -141,8 +141,8 @@ def show(page, data, results):
                     legend(FAMILIES, LABELS))
     marked = [f'{entry["name"]}: {_rise_text(rise)}' for entry in data['subjects']
               for rise in entry['rises']]
-    page.says(f'{len(marked)} times a smaller step has the larger error'
-              + (': ' + '; '.join(marked) if marked else '') + '.')
+    page.says(f'Smaller steps with a larger error than the next longer one: {len(marked)}'
+              + ('; ' + '; '.join(marked) if marked else '') + '.')
     page.heading('Adaptive against fixed steps', 3)
     page.table('adaptive_against_fixed', adaptive_rows(data), {
         'scene': 'scene', 'error': 'error', 'level': 'error level [%]',
