@@ -35,7 +35,7 @@ setup(
         'rosbags>=0.10'],
     extras_require={
         'peers': ['exudyn', 'mujoco'],
-        'test': ['hypothesis', 'mcap-ros2-support', 'pytest'],
+        'test': ['hypothesis', 'mcap-ros2-support', 'pytest', 'selenium'],
     },
     zip_safe=False,
     entry_points={

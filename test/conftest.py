@@ -2,6 +2,7 @@
 import itertools
 import os
 from pathlib import Path
+import shutil
 import sys
 
 import numpy as np
@@ -22,6 +23,15 @@ np.seterr(divide='raise', over='raise', invalid='raise')
 def pytest_addoption(parser):
     parser.addoption('--fail-on-skip', action='store_true',
                      help='a test that is skipped fails the run')
+
+
+def pytest_collection_modifyitems(config, items):
+    if all(shutil.which(name) for name in ('chromium', 'chromedriver')):
+        return
+    without = [item for item in items if item.get_closest_marker('browser')]
+    if without:
+        config.hook.pytest_deselected(items=without)
+        items[:] = [item for item in items if not item.get_closest_marker('browser')]
 
 
 @pytest.hookimpl(trylast=True)

@@ -53,7 +53,8 @@ def main():
     turned = {key[0] for one, other in combinations(found, 2) for key in one
               if key in other and contradict(one[key], other[key])}
     for claim in sorted(turned):
-        print(f'turned: {claim}: {[verdicts[key] for verdicts in found for key in verdicts if key[0] == claim]}')
+        words = [verdicts[key] for verdicts in found for key in verdicts if key[0] == claim]
+        print(f'turned: {claim}: {", ".join(words)}')
     print(f'{len(turned)} verdicts turned')
     return 1 if turned else 0
 

@@ -47,7 +47,8 @@ def new_panel(title='', x='', y='', size=SIZE):
 def plot(axes, name, x, y, *, line=True, label=None, **style):
     """Draw points of a thing of MARKS in its colour and mark."""
     tint, marker, _ = MARKS[name]
-    axes.plot(x, y, marker=marker or None, color=tint, ms=6.5 if marker in ('X', 'P', '*') else 5, lw=1.2 if line else 0.0,
+    size = 6.5 if marker in ('X', 'P', '*') else 5.0
+    axes.plot(x, y, marker=marker or None, color=tint, ms=size, lw=1.2 if line else 0.0,
               ls='-' if line else 'none', label=label or name, **style)
 
 

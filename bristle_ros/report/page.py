@@ -88,7 +88,9 @@ class Page:
         if not rows:
             return
         self.data(name, rows, columns, caption)
-        out = [f'<div class="scroll"><table><caption>{html.escape(caption)}</caption><thead><tr>',
+        label = html.escape(caption, quote=True)
+        out = [f'<p class="caption">{html.escape(caption)}</p>',
+               f'<div class="scroll"><table aria-label="{label}"><thead><tr>',
                *(f'<th scope="col"><button>{html.escape(c)}</button></th>'
                  for c in columns.values()), '</tr></thead><tbody>']
         for row in rows:

@@ -1,5 +1,5 @@
 """The page from the results: the answer first, the parts in their order, the method last."""
-from . import answer, compare, parts
+from . import answer, compare, parts, timing
 from .page import Page
 
 TITLE = 'bristle_ros: error against run time, stability, and what the paper claims'
@@ -41,11 +41,11 @@ def _method(page, results):
                  'every setting of a group is timed once, each program in a process of its own. '
                  'Medians are drawn with their quartiles. Ratios are those of pairs from the same '
                  'round; their interval is that of all rounds. A calibration loop runs before and '
-                 'after each timing: a timing beside which it was more than 10 % slower than its '
-                 'best, or which waited for its core more than 5 % of its time, is done again up '
-                 'to two times, and is marked and widens intervals by what the loop was slower '
-                 'if that does not help. A verdict whose interval crosses its threshold is left '
-                 'open.')
+                 'after each timing: a timing beside which it took more than '
+                 f'{timing.SLOW:g} of its best, or which waited for its core more than '
+                 f'{100 * timing.WAITED:g} % of its time, is done again up to {timing.AGAIN} '
+                 'times; where that does not help it is marked, and widens intervals by what the '
+                 'loop took longer. A verdict whose interval crosses its threshold is left open.')
     lines = [about['command'], f'campaign seed {about["seed"]}',
              f'{about["repeats"]} rounds of timing',
              f'calibration loop, at best: {1e3 * (about.get("calibration") or 0.0):.3g} ms',

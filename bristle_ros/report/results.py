@@ -6,6 +6,8 @@ from bristle_ros.scene import SceneError
 import numpy as np
 
 FORMAT = 1
+COUNTED = ('name', 'kind', 'drawn', 'reason', 'newton', 'steps', 'worst_step_newton',
+           'worst_step_s')
 
 
 def clean(value):
@@ -46,7 +48,7 @@ def kept(results):
     """Return results without what only figures need: what is kept with the source."""
     parts = {name: {key: value for key, value in data.items() if key not in ('series', 'steps')}
              for name, data in results['parts'].items() if name != 'estimate'}
-    if 'stability' in parts:    # what is counted, of each case
+    if 'stability' in parts:    # what is counted and shown of each case
         parts['stability'] = {**parts['stability'], 'cases': [
-            {key: row[key] for key in ('kind', 'drawn')} for row in parts['stability']['cases']]}
+            {key: row[key] for key in COUNTED} for row in parts['stability']['cases']]}
     return {**results, 'parts': parts}

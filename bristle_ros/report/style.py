@@ -11,7 +11,7 @@ nav ul {columns: 2; padding-left: 1.2em} nav ul ul {columns: 1}
 .answer {border: 2px solid #1f77b4; border-radius: 6px; padding: .2em 1em .2em 2.2em}
 .answer li {margin: .35em 0}
 .marked {background: #fff3cd; border-left: 4px solid #e0a800; padding: .4em .8em}
-table {border-collapse: collapse; font-size: 14px} caption {text-align: left; color: #444}
+table {border-collapse: collapse; font-size: 14px} .caption {color: #444; margin: 1em 0 .2em}
 td, th {border: 1px solid #ccc; padding: .25em .5em; text-align: left; vertical-align: top}
 td {min-width: 3.2em; max-width: 34em} td.n {text-align: right; white-space: nowrap}
 th {background: #f1f3f5} th button {all: unset; cursor: pointer; font-weight: bold}
@@ -19,7 +19,7 @@ th button:focus-visible {outline: 2px solid #1f77b4}
 th button::after {content: ' \\2195'; color: #888}
 th[aria-sort=ascending] button::after {content: ' \\2191'}
 th[aria-sort=descending] button::after {content: ' \\2193'}
-.scroll {overflow-x: auto; margin: .8em 0; max-width: 100%}
+.scroll {overflow-x: auto; margin: 0 0 .8em; max-width: 100%}
 figure {margin: 1.2em 0} figcaption {color: #444; margin-top: .3em}
 .panels {display: flex; flex-wrap: wrap; gap: 12px}
 .panels > div {flex: 1 1 330px; max-width: 520px; min-width: 0}

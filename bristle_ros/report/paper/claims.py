@@ -63,7 +63,8 @@ def _forces(rows):
              'is in the figure alone), all integrators and steps of this run',
              f'least {early} N, largest {early_high} N',
              every(at_least(early, 0.0), at_most(early_high, FORCE))),
-        _row('the damping forces should be positive and less than 0.05 N: later', f'every value of {found[0]["duration"]:g} s',
+        _row('the damping forces should be positive and less than 0.05 N: later',
+             f'every value of {found[0]["duration"]:g} s',
              f'least {lowest} N, largest {highest} N; positive {share} % of the time',
              every(at_least(lowest, 0.0), at_most(highest, FORCE)))]
 
@@ -167,8 +168,9 @@ def _figure5(rows):
             impulse = 1e3 * impulses[0][0]
             deep = [other for other in rows if other['penetration'] == DEEP]
             found.append(_row(
-                'brush penetration ..., Δ = 0.04 mm', 'with it the tip touches the road, as figure 5(a) '
-                'shows: normal impulse above zero', f'{impulse:.3g} mN s',
+                'brush penetration ..., Δ = 0.04 mm',
+                'with it the tip touches the road, as figure 5(a) shows: normal impulse above 0',
+                f'{impulse:.3g} mN s',
                 at_least(exact(impulse), 1e-9),
                 f'at 40 mm: {1e3 * deep[0]["impulses"][0][0]:.3g} mN s' if deep else ''))
     return found

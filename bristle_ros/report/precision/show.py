@@ -113,9 +113,11 @@ def adaptive_rows(data):
     for entry in data['subjects']:
         for key in ('tip', 'impulse') if entry.get('contact') else ('tip',):
             own = entry['own'].get(key) or 0.0
+            fixed = points_of(entry, ('step',), key)
+            coarsest = max((point.error for point in fixed), default=0.0)
             for level in (3.0, 1.0, 0.3, 0.1, 0.03):
-                found = ratio_at(points_of(entry, ('step',), key),
-                                 points_of(entry, ('adaptive',), key), level, (own, own))
+                found = level <= coarsest and ratio_at(
+                    fixed, points_of(entry, ('adaptive',), key), level, (own, own))
                 if found:
                     rows.append({'scene': entry['name'], 'error': TITLES[key], 'level': level,
                                  'ratio': widen(found, slowest(entry))})
