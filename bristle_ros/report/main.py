@@ -110,7 +110,7 @@ def main(arguments):
                          key='--output', value=str(folder)) from None
     from . import results as files
     old = files.read(Path(options.compare).expanduser()) if options.compare else None
-    from .report import make_page, problems_of
+    from .assemble import make_page, problems_of
     names = [name for name in PARTS if not options.only or name in options.only]
     results = {'format': files.FORMAT, 'about': _about(arguments, options), 'wanted': names,
                'parts': {}, 'seconds': {}}

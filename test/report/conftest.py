@@ -2,7 +2,7 @@
 from pathlib import Path
 
 from bristle_ros.report import results as files
-from bristle_ros.report.report import make_page
+from bristle_ros.report.assemble import make_page
 import pytest
 
 KEPT = Path(__file__).resolve().parent.parent.parent / 'docs' / 'report.json'

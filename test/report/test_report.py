@@ -17,7 +17,7 @@ from bristle_ros.report.peers import (comparison as peers, exudyn as peers_exudy
 from bristle_ros.report.peers.scenes import our_scene, peer_scene
 from bristle_ros.report.precision import estimate, measure as precision, show as shown
 from bristle_ros.report.precision.subjects import Subject
-from bristle_ros.report.report import make_page
+from bristle_ros.report.assemble import make_page
 from bristle_ros.report.runs import impulse_error, Path, run, tip_error, total_impulse
 from bristle_ros.report.verdict import FAILS, HOLDS, Measured, UNDECIDED
 from bristle_ros.simulation.simulation import Simulation

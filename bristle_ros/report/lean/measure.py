@@ -4,7 +4,7 @@ import time
 from bristle_ros.report.timing import ALL_CORES, Timed
 from bristle_ros.report.workers import Failed, Job, Worker
 
-from . import probes, profile
+from . import probes, step_profile
 from .features import FEATURES, STEP
 
 # Features that change what is imported or compiled: for these start-up and memory are measured.
@@ -40,8 +40,8 @@ def measure(context):
     context.progress.count(2, 4, 'start-up')
     started = _start_ups(context)
     context.progress.count(3, 4, 'profile')
-    kernels = context.crew.run([Job(profile.profile, (name, duration, 3 if context.quick else 7))
-                                for name in profile.SCENES])
+    kernels = context.crew.run([Job(step_profile.profile, (name, duration, 3 if context.quick else 7))
+                                for name in step_profile.SCENES])
     return {
         'features': [{'name': feature.name, 'bristles': feature.bristles,
                       'present': timings.get(f'{feature.name}/0'),
