@@ -13,7 +13,7 @@ nav ul {columns: 2; padding-left: 1.2em} nav ul ul {columns: 1}
 .marked {background: #fff3cd; border-left: 4px solid #e0a800; padding: .4em .8em}
 table {border-collapse: collapse; font-size: 14px} .caption {color: #444; margin: 1em 0 .2em}
 td, th {border: 1px solid #ccc; padding: .25em .5em; text-align: left; vertical-align: top}
-td {min-width: 3.2em; max-width: 34em} td.n {text-align: right; white-space: nowrap}
+td {min-width: 3.2em; max-width: 34em} td.n {text-align: right; min-width: 5em}
 th {background: #f1f3f5} th button {all: unset; cursor: pointer; font-weight: bold}
 th button:focus-visible {outline: 2px solid #1f77b4}
 th button::after {content: ' \\2195'; color: #888}
@@ -22,7 +22,7 @@ th[aria-sort=descending] button::after {content: ' \\2193'}
 .scroll {overflow-x: auto; margin: 0 0 .8em; max-width: 100%}
 figure {margin: 1.2em 0} figcaption {color: #444; margin-top: .3em}
 .panels {display: flex; flex-wrap: wrap; gap: 12px}
-.panels > div {flex: 1 1 330px; max-width: 520px; min-width: 0}
+.panels > div {flex: 1 1 320px; max-width: 356px; min-width: 0}
 .panels svg {width: 100%; height: auto; display: block}
 .legend span {display: inline-block; margin-right: 1.2em} .legend b {font-size: 1.15em}
 pre {padding: .6em; overflow-x: auto; background: #f6f6f6; font-size: 13px}
@@ -34,7 +34,7 @@ summary {cursor: pointer; font-weight: 600}
            margin: 1px}
 @media (max-width: 600px) {
   body {padding: 0 10px 3em} nav ul {columns: 1} td, th {padding: .2em .35em; font-size: 13px}
-  .map b {display: block}
+  .map b {display: block} .panels > div {max-width: 520px}
 }
 @media print {
   body {max-width: none; font-size: 11pt} .scroll {overflow: visible} nav {display: none}

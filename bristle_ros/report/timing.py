@@ -134,7 +134,8 @@ class Timer:
             worker.call(forget)
         return {key: {'walls': [sample['wall'] for sample in found],
                       'disturbed': sum(is_disturbed(sample) for sample in found),
-                      'slowest': max(sample['slow'] for sample in found)}
+                      'slowest': max(sample['slow'] / (1.0 - min(0.9, sample['waited']))
+                               for sample in found)}
                 for key, found in samples.items()}
 
     def end(self):

@@ -92,13 +92,15 @@ def scripted(samples):
 def test_a_disturbed_timing_is_done_again_and_marked_if_that_does_not_help():
     made, left = scripted({
         'calm': [(1.0, 1.0, 0.0), (1.1, 1.02, 0.0)],
-        'once': [(9.0, 2.0, 0.0), (1.0, 1.0, 0.0), (1.2, 1.0, 0.0)],
-        'ever': [(5.0, 2.0, 0.0), (4.0, 1.0, 0.5), (3.0, 1.3, 0.0)] * 2})
+        'once': [(3.9, 2.0, 0.0), (1.0, 1.0, 0.0), (1.2, 1.0, 0.0)],
+        'ever': [(3.9, 2.0, 0.0), (3.5, 1.0, 0.5), (3.0, 1.3, 0.0)] * 2,
+        'long': [(9.0, 2.0, 0.0)] * 2})
     found = made.group([timing.Timed(key, None, ()) for key in left])
     assert found['calm'] == {'walls': [1.0, 1.1], 'disturbed': 0, 'slowest': 1.02}
     assert found['once'] == {'walls': [1.0, 1.2], 'disturbed': 0, 'slowest': 1.0}
     # the least disturbed of three attempts is kept
     assert found['ever'] == {'walls': [3.0, 3.0], 'disturbed': 2, 'slowest': 1.3}
+    assert found['long']['disturbed'] == 2      # too long to be done again
     assert not any(left.values())
     assert timing.slowness(found['ever']) == 1.3
     assert timing.slowness(found['calm']) == 1.0

@@ -40,8 +40,9 @@ def measure(context):
     context.progress.count(2, 4, 'start-up')
     started = _start_ups(context)
     context.progress.count(3, 4, 'profile')
-    kernels = context.crew.run([Job(step_profile.profile, (name, duration, 3 if context.quick else 7))
-                                for name in step_profile.SCENES])
+    kernels = context.crew.run([
+        Job(step_profile.profile, (name, duration, 3 if context.quick else 7))
+        for name in step_profile.SCENES])
     return {
         'features': [{'name': feature.name, 'bristles': feature.bristles,
                       'present': timings.get(f'{feature.name}/0'),

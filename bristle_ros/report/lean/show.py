@@ -5,11 +5,12 @@ from bristle_ros.report.verdict import Measured, spread
 from .features import FEATURES
 
 COLUMNS = {
-    'feature': 'feature', 'present': 'step with it [us]', 'absent': 'step without it [us]',
-    'cost': 'it adds to the time of a step [%]', 'start': 'start-up with it [s]',
+    'feature': 'feature', 'cost': 'it adds to the time of a step [%]',
+    'how': 'how it is left out',
+    'present': 'step with it [us]', 'absent': 'step without it [us]', 'start': 'start-up with it [s]',
     'start_less': 'start-up without it [s]', 'memory': 'memory with it [MB]',
     'memory_less': 'memory without it [MB]', 'bytes': 'bytes per simulated second',
-    'how': 'how it is left out', 'remark': 'remark'}
+    'remark': 'remark'}
 # How each topic is left out of what is published; a log has all but /tf always.
 VIEWED = {'/tf': 'run.publish_tf: none; in a log log.tf: false; made only for subscribers',
           'bristle_markers': 'run.marker_rate: 0; made only for subscribers, never in a log'}

@@ -29,7 +29,7 @@ BASES = {
         'contact.enabled': False, 'damping.mass': 0.0, 'drive.mean_speed': 150 * RPM,
         'drive.alternating_speed': 4 * RPM},
 }
-PACE = 4e5   # steps of an element per second that any machine does
+PACE = 1.5e5   # steps of an element per second that any machine does
 STEPS = 1_500_000    # of one case: what its wall limit lets it do on most machines
 OF_CONTACT = ('contact.', 'friction.', 'road.', 'sweeper.')
 
