@@ -21,8 +21,10 @@ def precision_line(results):
     for entry in data['subjects']:
         found = precision.cost(entry, LEVEL)
         if found:
-            said.append(f'{entry["name"]} {1.0 / found.value:.0f} ({1.0 / found.high:.0f} to '
-                        f'{1.0 / found.low:.0f})')
+            # where the cheapest setting that was tried is better than asked
+            more = 'at least ' if precision.coarsest(entry) < LEVEL else ''
+            said.append(f'{entry["name"]} {more}{1.0 / found.value:.0f} ({1.0 / found.high:.0f} '
+                        f'to {1.0 / found.low:.0f})')
         else:
             said.append(f'{entry["name"]} not reached')
     return (f'Error against run time: times real time at {LEVEL:g} % error of the tip path, one '
@@ -60,9 +62,10 @@ def lean_line(results):
     data = results['parts'].get('cost')
     if not data:
         return f'What leaving out saves: {MISSING}.'
-    rows = [row for row in lean.feature_rows(data) if row['cost']][:4]
-    return ('What leaving out saves, largest first, in % of a step without it: '
-            + ', '.join(f'{row["feature"]} {row["cost"]}' for row in rows) + '.')
+    rows = [row for row in lean.feature_rows(data) if row['cost'] and row['cost'].low > 0.0][:5]
+    return ('What leaving out saves, beyond the noise and largest first, in % of a step without '
+            'it: ' + (', '.join(f'{row["feature"]} {row["cost"]}' for row in rows) or 'nothing')
+            + '.')
 
 
 def paper_line(results):

@@ -75,8 +75,9 @@ def figures(results):
         for entry in parts['precision']['subjects']:
             cost = precision.cost(entry, 1.0)
             if cost:
+                more = 'at least ' if precision.coarsest(entry) < 1.0 else ''
                 lines.append(_row(f'`{entry["name"]}`, cheapest setting at 1 % error of the path',
-                                  f'{1.0 / cost.value:.0f} times real time'))
+                                  f'{more}{1.0 / cost.value:.0f} times real time'))
     for name, make in (('peers', _peers), ('cost', _cost), ('paper', _paper)):
         if name in parts:
             lines += make(parts[name])

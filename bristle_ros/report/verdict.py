@@ -19,9 +19,8 @@ class Measured(NamedTuple):
 
     def __str__(self):
         """Write it as `2.1 (1.9 to 2.4)`."""
-        if self.low == self.high:
-            return f'{self.value:.3g}'
-        return f'{self.value:.3g} ({self.low:.3g} to {self.high:.3g})'
+        value, low, high = (f'{x:.0f}' if 1e3 <= abs(x) < 1e6 else f'{x:.3g}' for x in self)
+        return value if self.low == self.high else f'{value} ({low} to {high})'
 
 
 def exact(value):

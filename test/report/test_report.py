@@ -371,3 +371,19 @@ def test_readme_has_the_figures_of_the_kept_report(root, kept):
     changed = json.loads(json.dumps(kept))
     changed['about']['date'] = 'another day'
     assert readme.replaced(text, changed) != text
+
+
+def test_run_sets_the_peers_up_only_when_asked(root, tmp_path):
+    (tmp_path / 'tools').mkdir()
+    (tmp_path / 'run.sh').symlink_to(root / 'run.sh')
+    (tmp_path / 'tools' / 'venv.sh').write_text('prepare_venv() { echo "$@"; python=true; }\n')
+
+    def prepared(*arguments):
+        return subprocess.run([tmp_path / 'run.sh', *arguments], capture_output=True, text=True,
+                              stdin=subprocess.DEVNULL, check=True).stdout.strip()
+    assert prepared('report', '--peers') == (
+        'stamp-report requirements.txt requirements-report.txt')
+    # without a terminal nobody is asked
+    assert prepared('report') == prepared('report', '--help') == 'stamp-run requirements.txt'
+    for line in (root / 'requirements-report.txt').read_text().splitlines():
+        assert line.startswith('#') or re.fullmatch(r'[a-z]+==[0-9.]+', line)

@@ -7,9 +7,9 @@ from .features import FEATURES
 COLUMNS = {
     'feature': 'feature', 'cost': 'it adds to the time of a step [%]',
     'how': 'how it is left out',
-    'present': 'step with it [us]', 'absent': 'step without it [us]', 'start': 'start-up with it [s]',
-    'start_less': 'start-up without it [s]', 'memory': 'memory with it [MB]',
-    'memory_less': 'memory without it [MB]', 'bytes': 'bytes per simulated second',
+    'present': 'step with it [us]', 'absent': 'step without it [us]',
+    'start': 'start-up with it [s]', 'start_less': 'start-up without it [s]',
+    'memory': 'memory with it [MB]', 'memory_less': 'memory without it [MB]', 'bytes': 'bytes per simulated second',
     'remark': 'remark'}
 # How each topic is left out of what is published; a log has all but /tf always.
 VIEWED = {'/tf': 'run.publish_tf: none; in a log log.tf: false; made only for subscribers',

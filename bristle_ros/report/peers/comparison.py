@@ -21,7 +21,7 @@ from .scenes import our_scene, peer_scene
 
 LEVELS = (1.0, 0.3, 0.1)    # [%] at which costs are compared
 START_ANGLES = 1e-6 * np.linspace(-1.0, 1.0, 10)    # [rad] S4 is run from each and averaged
-LONGEST = 12.0      # [s] of wall time: what takes longer is run once, for its error, not timed
+LONGEST = 6.5       # [s] of wall time: what takes longer is run once, for its error, not timed
 PEERS = {'exudyn': peers_exudyn, 'mujoco': peers_mujoco}
 
 # Settings to try: (elements, step [s]), from coarse to fine.

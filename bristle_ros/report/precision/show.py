@@ -35,6 +35,11 @@ def cost(entry, level, families=('step', 'elements', 'adaptive'), key='tip'):
     return widen(found, slowest(entry))
 
 
+def coarsest(entry, families=('step', 'elements', 'adaptive'), key='tip'):
+    """Return the largest error [%] of a scene's runs."""
+    return max((point.error for point in points_of(entry, families, key)), default=0.0)
+
+
 def remark(row, entry):
     """Return what has to be said of a row's numbers."""
     texts = [row['note']] if row.get('note') else []
@@ -114,9 +119,8 @@ def adaptive_rows(data):
         for key in ('tip', 'impulse') if entry.get('contact') else ('tip',):
             own = entry['own'].get(key) or 0.0
             fixed = points_of(entry, ('step',), key)
-            coarsest = max((point.error for point in fixed), default=0.0)
             for level in (3.0, 1.0, 0.3, 0.1, 0.03):
-                found = level <= coarsest and ratio_at(
+                found = level <= coarsest(entry, ('step',), key) and ratio_at(
                     fixed, points_of(entry, ('adaptive',), key), level, (own, own))
                 if found:
                     rows.append({'scene': entry['name'], 'error': TITLES[key], 'level': level,
