@@ -9,8 +9,8 @@ COLUMNS = {
     'how': 'how it is left out',
     'present': 'step with it [us]', 'absent': 'step without it [us]',
     'start': 'start-up with it [s]', 'start_less': 'start-up without it [s]',
-    'memory': 'memory with it [MB]', 'memory_less': 'memory without it [MB]', 'bytes': 'bytes per simulated second',
-    'remark': 'remark'}
+    'memory': 'memory with it [MB]', 'memory_less': 'memory without it [MB]',
+    'bytes': 'bytes per simulated second', 'remark': 'remark'}
 # How each topic is left out of what is published; a log has all but /tf always.
 VIEWED = {'/tf': 'run.publish_tf: none; in a log log.tf: false; made only for subscribers',
           'bristle_markers': 'run.marker_rate: 0; made only for subscribers, never in a log'}
@@ -90,7 +90,8 @@ def show(page, data, results):
     page.explain('The default scene (one bristle, 12 elements, steps of 0.1 ms) with one thing '
                  'changed at a time; with and without were timed in turns. Start-up is from the '
                  'start of a new process to its first step, with a warm compile cache; memory is '
-                 'the most that this process had.')
+                 'the most that this process had. Both are taken of what changes what is '
+                 'imported or compiled, and are empty elsewhere.')
     rows = feature_rows(data)
     dear = [row for row in rows if row['cost'] and row['cost'].low > 5.0]
     page.says(f'{len(dear)} of {len(rows)} features add more than 5 % to a step: '

@@ -163,10 +163,32 @@ def show(page, data, results):
     page.unfold()
 
 
+def _keep_series(page, series):
+    """Keep what the figures draw as tables."""
+    page.data('paper_friction', [
+        {'rpm': rpm, 'slip': slip, 'coefficient': coefficient}
+        for rpm, points in series['friction'] for slip, coefficient in points], {
+        'rpm': 'brush speed [rpm]', 'slip': 'slip speed [m/s]', 'coefficient':
+        'coefficient of friction'}, 'Figure 3: simulated tips while they slipped.')
+    page.data('paper_damping_histories', [
+        {**each, 'TS': 1e3 * each['TS'], 't': 1e3 * t, 'force': force}
+        for each in series['damping'] for t, force in zip(each['t'], each['force'])], {
+        'load_case': 'load case', 'TS': 'TS [ms]', 'integrator': 'integrator', 't': 'time [ms]',
+        'force': 'radial damping force [N]'}, 'Figure 4: damping force against time, ITS 10 us.')
+    page.data('paper_load_case_histories', [
+        {**each, 'penetration': 1e3 * each['penetration'], 't': t, 'force': force,
+         'radial': radial} for each in series['load_cases']
+        for t, force, radial in zip(each['t'], each['force'], each['radial'])], {
+        'load_case': 'load case', 'penetration': 'penetration [mm]', 't': 'time [s]',
+        'force': 'normal tip force [N]', 'radial': 'radial tip displacement [mm]'},
+        'Figure 5: tip force (0.2 ms mean) and displacement against time.')
+
+
 def _figures(page, data):
     series = data.get('series')
     page.heading('Figure 4: damping force at the clamp', 3)
     if series:
+        _keep_series(page, series)
         page.figure(list(_damping_panels(series['damping'])),
                     'Scene of figure 4, ITS 10 us: the clamp on a polygon against the turning '
                     'frame.', legend(('displacement', 'inertia')))

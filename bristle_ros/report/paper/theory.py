@@ -65,6 +65,12 @@ def show(page, data, results):
     if data.get('series'):
         page.figure(list(_mode_panels(data['series'])), 'Normal modes (wide) and the model.', (
             ('normal modes', '#999999', '\u2014'), ('model', '#1f77b4', '\u2014')))
+        page.data('normal_modes_histories', [
+            {'profile': each['profile'], 'plane': each['plane'], 't': t, 'theory': theory,
+             'model': model} for each in data['series']
+            for t, theory, model in zip(*each['lines'])],
+            {'profile': 'speed function', 'plane': 'plane', 't': 'time [s]',
+             'theory': 'normal modes [um]', 'model': 'model [um]'}, 'What is drawn above.')
     page.table('normal_modes', data['modes'], {
         'profile': 'speed function', 'plane': 'plane', 'largest_um': 'largest deflection [um]',
         'deviation': 'largest deviation [% of it]'}, 'Model against normal modes.')

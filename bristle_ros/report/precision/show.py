@@ -8,6 +8,7 @@ FAMILIES = ('step', 'elements', 'integrator', 'load case', 'adaptive')
 LABELS = {'step': 'fixed steps (12 elements, spectral radius 0.8)', 'elements': 'other meshes',
           'integrator': 'other integrators', 'load case': 'displacement load case',
           'adaptive': 'adaptive steps'}
+RING = ('larger error than with the next longer step', '#c00000', '\u25ef')
 TITLES = {'tip': 'error of the tip path [%]', 'impulse': 'error of the impulse per 5 ms [%]'}
 COLUMNS = {
     'scene': 'scene', 'family': 'family', 'label': 'setting', 'its': 'integration step [us]',
@@ -82,6 +83,15 @@ def table_rows(data):
     return rows
 
 
+def _ring(axes, entry, key):
+    """Mark the runs whose error is larger than with the next longer step."""
+    risen = {rise['fine'] for rise in entry['rises'] if rise['error'] == key}
+    for row in entry['rows']:
+        if row['family'] == 'step' and row['label'] in risen and row.get('timing'):
+            axes.plot(quartiles(row['timing']['walls']).value, row[key], 'o', ms=13, mfc='none',
+                      color=RING[1])
+
+
 def panel(entry, key):
     """Return the SVG of a scene's error against run time."""
     figure, axes = new_panel(entry['name'], 'wall seconds per simulated second', TITLES[key])
@@ -94,6 +104,7 @@ def panel(entry, key):
                  line=family == 'step', zorder=3 if family == 'step' else 2)
             bars(axes, family, [wall.value for wall in walls], [row[key] for row in rows],
                  [wall.low for wall in walls], [wall.high for wall in walls])
+    _ring(axes, entry, key)
     log_axes(axes)
     own = entry['own'].get(key)
     if own:
@@ -139,12 +150,12 @@ def show(page, data, results):
     entries = [entry for entry in data['subjects'] if entry['rows']]
     page.figure([panel(entry, 'tip') for entry in entries],
                 'Error of the tip path: how much a finer step or mesh buys, for each scene.',
-                legend(FAMILIES, LABELS))
+                [*legend(FAMILIES, LABELS), RING])
     contact = [entry for entry in entries if entry['contact']]
     if contact:
         page.figure([panel(entry, 'impulse') for entry in contact],
                     'Error of the normal impulse in windows of 5 ms, scenes with contact.',
-                    legend(FAMILIES, LABELS))
+                    [*legend(FAMILIES, LABELS), RING])
     marked = [f'{entry["name"]}: {_rise_text(rise)}' for entry in data['subjects']
               for rise in entry['rises']]
     page.says(f'Smaller steps with a larger error than the next longer one: {len(marked)}'
