@@ -62,7 +62,8 @@ def lean_line(results):
     data = results['parts'].get('cost')
     if not data:
         return f'What leaving out saves: {MISSING}.'
-    rows = [row for row in lean.feature_rows(data) if row['cost'] and row['cost'].low > 0.0][:5]
+    rows = [row for row in lean.feature_rows(data) if row.get('present')
+            and row['cost'] and row['cost'].low > 0.0][:5]
     return ('What leaving out saves, beyond the noise and largest first, in % of a step without '
             'it: ' + (', '.join(f'{row["feature"]} {row["cost"]}' for row in rows) or 'nothing')
             + '.')

@@ -190,3 +190,13 @@ def ratio(one, other):
 def slowness(timing):
     """Return by how much disturbed timings widen an interval: 1 where there is none."""
     return max(1.0, timing['slowest']) if timing['disturbed'] else 1.0
+
+
+def group_slowness(timings):
+    """
+    Return by how much the intervals of a whole group widen: the upper quartile of its timings.
+
+    A single disturbed timing is in the interval of its rounds already.
+    """
+    found = sorted(slowness(timing) for timing in timings if timing)
+    return found[(3 * (len(found) - 1)) // 4] if found else 1.0

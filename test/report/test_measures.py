@@ -104,3 +104,6 @@ def test_a_disturbed_timing_is_done_again_and_marked_if_that_does_not_help():
     assert not any(left.values())
     assert timing.slowness(found['ever']) == 1.3
     assert timing.slowness(found['calm']) == 1.0
+    calm, ever = found['calm'], found['ever']
+    assert timing.group_slowness([calm, calm, calm, calm, ever]) == 1.0
+    assert timing.group_slowness([calm, ever, ever, None]) == 1.3

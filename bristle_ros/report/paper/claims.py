@@ -7,7 +7,7 @@ values, their intervals and the thresholds named here.
 import math
 
 from bristle_ros.report.curves import Point, ratio_at
-from bristle_ros.report.timing import slowness
+from bristle_ros.report.timing import group_slowness
 from bristle_ros.report.verdict import (at_least, at_most, between, either, every, exact, Measured,
                                         spread, widen)
 
@@ -184,8 +184,7 @@ def cost_points(rows, load_case):
 
 def cost_ratios(found, levels):
     """Return [(level, Measured displacement over inertia, or None)]."""
-    wider = max((slowness(row['timing']) for row in found['rows'] if row.get('timing')),
-                default=1.0)
+    wider = group_slowness(row.get('timing') for row in found['rows'])
     return [(level, widen(ratio_at(cost_points(found['rows'], 'displacement'),
                                    cost_points(found['rows'], 'inertia'), level,
                                    (found['own'], found['own'])), wider)) for level in levels]

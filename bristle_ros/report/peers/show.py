@@ -1,7 +1,7 @@
 """Beside other programs, shown: what each takes over what ours does, at equal error."""
 from bristle_ros.report.curves import cost_of, Point, ratio_at
 from bristle_ros.report.figure import bars, legend, log_axes, new_panel, plot, real_time, svg
-from bristle_ros.report.timing import quartiles, slowness
+from bristle_ros.report.timing import group_slowness, quartiles
 from bristle_ros.report.verdict import widen
 
 from .comparison import LEVELS
@@ -17,8 +17,7 @@ def points_of(entry):
 
 
 def _slowest(*entries):
-    return max((slowness(row['timing']) for entry in entries for row in entry['rows']
-                if row.get('timing')), default=1.0)
+    return max(group_slowness(row.get('timing') for row in entry['rows']) for entry in entries)
 
 
 def ratios(data):

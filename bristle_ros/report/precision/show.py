@@ -1,7 +1,7 @@
 """Error against run time, shown: one panel for each scene, the tables, and what rose."""
 from bristle_ros.report.curves import cost_of, Point, ratio_at
 from bristle_ros.report.figure import (bars, legend, log_axes, new_panel, plot, real_time, svg)
-from bristle_ros.report.timing import quartiles, slowness
+from bristle_ros.report.timing import group_slowness, quartiles
 from bristle_ros.report.verdict import widen
 
 FAMILIES = ('step', 'elements', 'integrator', 'load case', 'adaptive')
@@ -26,8 +26,7 @@ def points_of(entry, families, key='tip'):
 
 def slowest(entry):
     """Return by how much the intervals of a scene's group are wider for a disturbed machine."""
-    return max((slowness(row['timing']) for row in entry['rows'] if row.get('timing')),
-               default=1.0)
+    return group_slowness(row.get('timing') for row in entry['rows'])
 
 
 def cost(entry, level, families=('step', 'elements', 'adaptive'), key='tip'):
