@@ -10,6 +10,7 @@ usage: ./run.sh [ROS arguments]   the node on config/cutting_brush.yaml, for exa
                                   ./run.sh -p log.path:=run1 -p run.real_time_factor:=0.5
        ./run.sh VERB ...          a verb; ./run.sh VERB --help tells its arguments:
                                   $(echo $verbs)
+       ./run.sh report --peers   the report beside exudyn and MuJoCo, which it installs first
        ./run.sh FILE.py ...       a Python script that may use rclpy and bristle_ros
 HELP
         exit 0
@@ -18,7 +19,24 @@ esac
 . "$here/tools/venv.sh"
 cd_back=$PWD
 cd "$here" || exit 2
-prepare_venv stamp-run requirements.txt
+peers=
+if [ "${1:-}" = report ]; then
+    for word in "$@"; do
+        [ "$word" != --peers ] || peers=yes
+        # What measures nothing needs no other program.
+        [ "$word" != --help ] && [ "$word" != -h ] || peers=no
+    done
+    if [ -z "$peers" ] && [ -t 0 ] && [ -t 2 ] && [ ! -f "$here/.venv/stamp-report" ]; then
+        printf 'bristle_ros: set up exudyn and MuJoCo (100 MB) to compare with? [y/N] ' >&2
+        read -r answer
+        case "$answer" in [yY]*) peers=yes ;; esac
+    fi
+fi
+if [ "$peers" = yes ]; then
+    prepare_venv stamp-report requirements.txt requirements-report.txt
+else
+    prepare_venv stamp-run requirements.txt
+fi
 cd "$cd_back" || exit 2
 export PYTHONPATH="$here"
 # exec: what runs gets the signals, not a shell.

@@ -2,6 +2,7 @@
 import itertools
 import os
 from pathlib import Path
+import shutil
 import sys
 
 import numpy as np
@@ -29,6 +30,8 @@ def pytest_collection_modifyitems(config, items):
     """Leave out what needs a program that is not here, and say so: it must not pass for done."""
     absent = {item.nodeid: mark.args[0] for item in items
               for mark in item.iter_markers('needs') if not mark.args[1]()}
+    if not all(shutil.which(name) for name in ('chromium', 'chromedriver')):
+        absent |= {item.nodeid: 'chromium' for item in items if item.get_closest_marker('browser')}
     if absent:
         config.stash[ABSENT] = absent
         config.hook.pytest_deselected(items=[item for item in items if item.nodeid in absent])

@@ -15,19 +15,24 @@ import tempfile
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from bristle_ros.report.features import CHANGES  # noqa: E402
-from bristle_ros.report.work_precision import scene_of  # noqa: E402
+from bristle_ros.report.lean.features import changed, FEATURES  # noqa: E402
+from bristle_ros.report.precision.subjects import scene_of  # noqa: E402
 from bristle_ros.simulation.simulation import Simulation  # noqa: E402
 import llvmlite.binding  # noqa: E402
 
 STEPS = 1000
-NAMES = [name for name in CHANGES if 'bristles' not in name]
+CHANGES = {'as it is': {}}
+for feature in FEATURES:
+    if feature.bristles == 1 and not feature.around:
+        CHANGES |= {feature.name: feature.present} if feature.present else {
+            f'without {feature.name}': feature.absent}
+NAMES = list(CHANGES)
 
 
 def step_them(folder):
     """Advance each scene in two children, by STEPS and by none: valgrind counts each child's."""
     for name in NAMES:
-        simulation = Simulation(CHANGES[name](scene_of('cutting_brush', 1e-4)))
+        simulation = Simulation(changed(scene_of('cutting_brush', 1e-4), CHANGES[name]))
         simulation.advance(2 * STEPS)   # the brush is on its way down: it touches
         for steps in (0, STEPS):
             child = os.fork()

@@ -1,6 +1,4 @@
-"""One run of ours for the report: path, impulse, best run time, and errors between runs."""
-from contextlib import contextmanager
-import os
+"""One run of ours for the report: path, impulse, run time, and errors between runs."""
 import time
 from typing import NamedTuple
 
@@ -12,50 +10,50 @@ WINDOW = 5e-3   # [s] over which contact impulses are compared
 
 
 class Path(NamedTuple):
-    """What a run gave, and how long it took."""
+    """What a run gave."""
 
     t: np.ndarray           # (n,) [s], the start included
     tip: np.ndarray         # (n, 3) [m] of bristle 0, brush axes
     impulse: np.ndarray     # (n, 3) [N s] of bristle 0, road axes
-    wall: float             # [s] of stepping, the best of the repeats
     steps: int
     newton: int
     estimate: float         # largest error estimate seen, relative to the bristle's length
 
 
-def run(scene, duration, *, sample=SAMPLE, repeats=1, clock=time.perf_counter):
+def run(scene, duration, *, sample=SAMPLE):
     """
     Run a scene and return its Path.
 
     sample : [s], made longer to a whole step where the step is longer
-    repeats : int, timed repeats; the path is from the first
     Raises StepFailure.
     """
     from bristle_ros.simulation import Simulation  # from here on the compiler is needed
     simulation = Simulation(scene)
     every = steps(scene, max(sample, simulation.its), 'sample')
-    count = round(duration / (every * simulation.its))
-    first = simulation.snapshot()
-    rows, wall = [first], 0.0
-    for _ in range(count):
-        began = clock()
+    rows = [simulation.snapshot()]
+    for _ in range(round(duration / (every * simulation.its))):
         simulation.advance(every)
-        wall += clock() - began
         rows.append(simulation.snapshot())
-    for _ in range(repeats - 1):
-        simulation.reset()
-        again = 0.0
-        for _ in range(count):
-            began = clock()
-            simulation.advance(every)
-            again += clock() - began
-        wall = min(wall, again)
     return Path(np.array([row.t for row in rows]), np.array([row.tip_position[0] for row in rows]),
-                np.array([row.contact_impulse[0] for row in rows]), wall, simulation.step,
-                rows[-1].newton_iterations, max(row.error_estimate for row in rows))
+                np.array([row.contact_impulse[0] for row in rows]), simulation.step,
+                rows[-1].newton_iterations, float(max(row.error_estimate for row in rows)))
 
 
-def _common(t, reference_t):
+def prepare_run(scene, duration, clock=time.perf_counter):
+    """Build a scene; return a function that runs it from its start and returns its wall time."""
+    from bristle_ros.simulation import Simulation
+    simulation = Simulation(scene)
+    count = round(duration / simulation.its)
+
+    def again():
+        simulation.reset()
+        began = clock()
+        simulation.advance(count)
+        return clock() - began
+    return again
+
+
+def _common_rows(t, reference_t):
     """Return the rows of both that stand at the same times."""
     at = np.searchsorted(reference_t, t - 1e-9)
     good = at < len(reference_t)
@@ -71,7 +69,7 @@ def tip_error(path, reference, until=None):
 
     until : [s], only the path up to there
     """
-    mine, theirs = _common(path.t, reference.t)
+    mine, theirs = _common_rows(path.t, reference.t)
     if until is not None:
         early = path.t[mine] <= until
         mine, theirs = mine[early], theirs[early]
@@ -82,7 +80,7 @@ def tip_error(path, reference, until=None):
 
 def impulse_error(path, reference, window=WINDOW):
     """Return the error of the normal impulse per window: sum of deviations over the sum of all."""
-    mine, theirs = _common(path.t, reference.t)
+    mine, theirs = _common_rows(path.t, reference.t)
     t = path.t[mine]
     marks = np.unique(np.searchsorted(t, np.arange(0.0, t[-1] + 0.5 * window, window) - 1e-9))
     marks = marks[marks < len(t)]
@@ -95,18 +93,3 @@ def impulse_error(path, reference, window=WINDOW):
 def total_impulse(path):
     """Return the normal impulse over the whole run [N s]."""
     return float(path.impulse[-1, 2])
-
-
-@contextmanager
-def one_core():
-    """Keep this process on one of its cores meanwhile, where the system can."""
-    try:
-        before = os.sched_getaffinity(0)
-        os.sched_setaffinity(0, {max(before)})
-    except (AttributeError, OSError):
-        yield
-        return
-    try:
-        yield
-    finally:
-        os.sched_setaffinity(0, before)

@@ -1,6 +1,7 @@
 """The stability campaign in short, and that its checks see what they are there to see."""
-from bristle_ros.report import main as report
-from bristle_ros.report.stability import campaign, cases as campaign_cases
+from bristle_ros.report import workers
+from bristle_ros.report.main import main
+from bristle_ros.report.stability import campaign, cases as campaign_cases, show
 from bristle_ros.report.stability.checks import spring_force, Watch
 from bristle_ros.scene.scene import from_parameters, keys
 from bristle_ros.simulation.simulation import Simulation
@@ -111,13 +112,42 @@ def test_draws_repeat_with_their_seed():
         from_parameters(case.parameters, case.name)     # none is out of range
 
 
+def test_draws_have_commands_resets_polygons_and_every_scheme():
+    cases = campaign_cases.drawn(5, 200, 0.1, 3.0)
+    assert all(case.drawn for case in cases)
+    assert {topic for case in cases for _, topic, _ in case.commands} == {
+        'cmd_brush_speed', 'cmd_penetration', 'cmd_vel'}
+    assert 20 < sum(bool(case.resets) for case in cases) < 80
+    for key, values in (('solver.load_case', {'inertia', 'displacement'}),
+                        ('solver.integrator', {'generalized_alpha', 'newmark', 'hht'})):
+        assert {case.parameters.get(key) for case in cases} - {None} == values
+    polygons = [case for case in cases if case.parameters.get('solver.time_step', 0.0) > 1.5
+                * case.parameters['solver.integration_time_step']]
+    assert len(polygons) > 30
+    # no more than what the wall limit lets any machine do
+    for case in cases:
+        steps = case.duration / case.parameters['solver.integration_time_step']
+        work = steps * case.parameters.get('solver.elements', 12)
+        assert work <= 3.0 * campaign_cases.PACE + 1e4
+
+
+def test_a_reset_case_goes_on_from_its_start():
+    case = campaign_cases.make_case('reset', 'level', {'solver.elements': 4}, 0.05)
+    plain = campaign.run_case(case, 60.0)
+    again = campaign.run_case(case._replace(resets=(0.02,)), 60.0)
+    assert plain.kind == again.kind == 'finished'
+    assert plain.steps == again.steps == 500
+    assert plain.measures['largest_force_n'] >= again.measures['largest_force_n']
+
+
 def test_a_worker_that_dies_is_a_wrong_answer():
     good = campaign_cases.make_case('good', 'free', {'solver.elements': 4}, 0.01)
     # parameters that no worker can even be asked about
     bad = good._replace(name='bad', parameters=Bomb())
-    found = campaign.run_cases([bad, good], workers=1, wall_limit=5.0)
-    assert [result.kind for result in found] == ['wrong', 'finished']
-    assert found[0].reason == 'its process died'
+    with workers.crew(1) as crew:
+        found = crew.run([workers.Job(campaign.run_case, (case, 5.0)) for case in (bad, good)])
+    assert found[0] == workers.Failed('its process died', True)
+    assert found[1].kind == 'finished'
 
 
 class Bomb(dict):
@@ -129,8 +159,8 @@ class Bomb(dict):
 
 
 def judged(**counts):
-    results = [campaign.Result('', kind) for kind, count in counts.items() for _ in range(count)]
-    return campaign.problem_of(campaign.count_kinds(results))
+    return show.problem_of({'cases': [{'kind': kind} for kind, count in counts.items()
+                                      for _ in range(count)]})
 
 
 def test_the_verdict_follows_from_the_counts():
@@ -146,7 +176,7 @@ def test_the_verdict_follows_from_the_counts():
 def test_a_campaign_that_is_cut_is_no_pass(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(campaign_cases, 'short', lambda: [campaign_cases.make_case(
         'long', 'free', {'solver.integration_time_step': 1e-7}, 0.5)])
-    code = report.main(['--quick', '--only', 'stability', '--drawn', '0', '--wall-limit', '0.01',
+    code = main(['--quick', '--only', 'stability', '--drawn', '0', '--wall-limit', '0.01',
                         '--output', str(tmp_path)])
     assert code == 1
     assert '1 of 1 cases were cut off by the wall limit' in capsys.readouterr().err

@@ -8,7 +8,6 @@ close points.
 """
 import math
 
-from bristle_ros.report.page import new_figure
 from bristle_ros.report.peers.scenes import RPM
 from bristle_ros.report.runs import run
 from bristle_ros.scene import Bristle, Brush, Contact, Damping, Drive, Run, Scene, Solver
@@ -108,46 +107,30 @@ def _scene(profile, mean, alternating, frequency, beta, its=2e-4, elements=8):
                  run=Run(chunk=0.01, sample=1e-3))
 
 
-def compare(progress, beta=2e-5):
-    """Return rows and a figure: theory against the model, sine and VAP, small amplitudes."""
+def against_modes(profile, beta=2e-5):
+    """Return how far model and theory lie apart for a profile, small amplitudes; in a worker."""
     from bristle_ros.simulation import Simulation
+    duration = 0.5
+    scene = _scene(profile, 2.0 * RPM, 1.0 * RPM, 9.0, beta)
+    path = run(scene, duration)
+    # the drive as the model has it, at fine points
+    fine = Simulation(scene)
+    h = scene.solver.integration_time_step
+    speed = [fine.snapshot().omega]
+    for _ in range(round(duration / h)):
+        fine.advance(1)
+        speed.append(fine.snapshot().omega)
+    times, speed = h * np.arange(len(speed)), np.array(speed)
+    rate = _rate(profile, scene.drive, times, speed)
+    exact = deflections(times, speed, rate, beta)[:, ::round(1e-3 / h)]
     rows = []
-    figure, axes = new_figure(2, 1, 10.5, 3.6)
-    mean, alternating, duration = 2.0 * RPM, 1.0 * RPM, 0.5
-    for profile, panel in zip(('sine', 'vap'), axes[0]):
-        progress(f'normal modes against the model: {profile}')
-        scene = _scene(profile, mean, alternating, 9.0, beta)
-        path = run(scene, duration)
-        # the drive as the model has it, at fine points
-        fine = Simulation(scene)
-        h = scene.solver.integration_time_step
-        speed = [fine.snapshot().omega]
-        for _ in range(round(duration / h)):
-            fine.advance(1)
-            speed.append(fine.snapshot().omega)
-        times, speed = h * np.arange(len(speed)), np.array(speed)
-        rate = _rate(profile, scene.drive, times, speed)
-        every = round(1e-3 / h)
-        along = _along()
-        exact = deflections(times, speed, rate, beta)[:, ::every]
-        for name, strong, theory, mine in (
-                ('tangential', True, exact[0], path.tip[:, 1]),
-                ('radial', False, exact[1], (path.tip - path.tip[0]) @ along)):
-            scale = float(np.abs(theory).max())
-            rows.append({'profile': profile, 'plane': name, 'largest_um': 1e6 * scale,
-                         'largest_deviation_percent':
-                             100 * float(np.abs(theory - mine).max()) / scale})
-            colour = '#1f77b4' if strong else '#2ca02c'
-            panel.plot(path.t, 1e6 * theory, color=colour, lw=3, alpha=0.4,
-                       label=f'{name}, normal modes')
-            panel.plot(path.t, 1e6 * mine, color='k' if strong else '#555', lw=0.9,
-                       ls='-' if strong else '--', label=f'{name}, model')
-        panel.set_title(f'{profile}: 2 rpm +- 1 rpm at 9 Hz, beta_D {beta * 1e6:g} us')
-        panel.set_xlabel('time [s]')
-        panel.set_ylabel('tip deflection [um]')
-        panel.margins(y=0.25)
-        panel.legend(ncols=2, loc='upper center')
-    return rows, figure
+    for name, theory, mine in (('tangential', exact[0], path.tip[:, 1]),
+                               ('radial', exact[1], (path.tip - path.tip[0]) @ _along())):
+        scale = float(np.abs(theory).max())
+        rows.append({'profile': profile, 'plane': name, 'largest_um': 1e6 * scale,
+                     'deviation': 100 * float(np.abs(theory - mine).max()) / scale,
+                     'series': (path.t.tolist(), (1e6 * theory).tolist(), (1e6 * mine).tolist())})
+    return rows
 
 
 def _along():
@@ -164,45 +147,31 @@ def _rate(profile, drive, times, speed):
     return np.gradient(speed, times)
 
 
-def odd_fractions(progress, *, quick=False, beta=1.1e-4):
+def swing(profile, fraction, beta=1.1e-4):
     """
-    Return rows and a figure: VAP's resonance at odd fractions of the strong plane's frequency.
+    Return the swing of the tip under a drive at a fraction of the strong plane's frequency.
 
-    What is measured is the swing of the tip in the tangent once the start has died away, divided
-    by the quasi-static one of the same acceleration. beta 0.11 ms: 1 % of critical in mode 1.
+    Swing in the tangent once the start has died away, divided by the quasi-static one of the same
+    acceleration. beta 0.11 ms: 1 % of critical in mode 1. In a worker.
     """
-    first = natural_frequencies(True, 1)[0]
-    rows = []
+    frequency = natural_frequencies(True, 1)[0] * fraction
+    scene = _scene(profile, 2.0 * RPM, 1.0 * RPM, frequency, beta, 1e-3, 4)
+    path = run(scene, 2.4, sample=3e-3)
+    late = path.tip[path.t > 1.6, 1]
+    b = scene.drive.shape
+    peak = 2.0 * math.pi if profile == 'sine' else (
+        4.0 * (1.0 - b * math.exp(-(1.0 - b) / b)) / (1.0 - b))
+    # statics of the strong plane: 0.183 mm at the tip for 20.49 rad/s^2
+    static = 0.183e-3 / 20.49 * peak * frequency * scene.drive.alternating_speed
+    return {'profile': profile, 'f_over_f1': fraction, 'frequency_hz': frequency,
+            'swing_over_static': 0.5 * float(np.ptp(late)) / static}
+
+
+def fractions(quick):
+    """Return the fractions of the first frequency at which a drive is tried."""
     near = (0.0,) if quick else (-0.006, 0.0, 0.006)
-    fractions = sorted({*np.round(np.linspace(0.14, 1.15, 12 if quick else 40), 4),
-                        *(1.0 / n + d for n in range(1, 8) for d in near)})
-    for profile in ('vap', 'sine'):
-        progress(f'resonance at fractions of {first:.4g} Hz: {profile}')
-        for fraction in fractions:
-            frequency = first * fraction
-            scene = _scene(profile, 2.0 * RPM, 1.0 * RPM, frequency, beta, 1e-3, 4)
-            path = run(scene, 2.4, sample=3e-3)
-            late = path.tip[path.t > 1.6, 1]
-            b = scene.drive.shape
-            peak = 2.0 * math.pi if profile == 'sine' else (
-                4.0 * (1.0 - b * math.exp(-(1.0 - b) / b)) / (1.0 - b))
-            static = 0.183e-3 / 20.49 * peak * frequency * scene.drive.alternating_speed
-            rows.append({'profile': profile, 'f_over_f1': fraction, 'frequency_hz': frequency,
-                         'swing_over_static': 0.5 * float(np.ptp(late)) / static})
-    figure, axes = new_figure(1, 1, 10.5, 3.6)
-    for profile, colour in (('vap', '#d62728'), ('sine', '#1f77b4')):
-        points = [row for row in rows if row['profile'] == profile]
-        axes[0, 0].semilogy([p['f_over_f1'] for p in points],
-                            [p['swing_over_static'] for p in points], color=colour, marker='.',
-                            label=profile)
-    for n in range(1, 8):
-        axes[0, 0].axvline(1.0 / n, color='k', lw=0.7, ls='-' if n % 2 else ':')
-        axes[0, 0].annotate(f'1/{n}', (1.0 / n, 1.0), xycoords=('data', 'axes fraction'),
-                            xytext=(2, -10), textcoords='offset points', fontsize=8)
-    axes[0, 0].set_xlabel('drive frequency over the first frequency of the strong plane')
-    axes[0, 0].set_ylabel('tangential swing over quasi-static')
-    axes[0, 0].legend(loc='upper left', bbox_to_anchor=(0.55, 0.97))
-    return rows, figure
+    return sorted({*np.round(np.linspace(0.14, 1.15, 12 if quick else 40), 4).tolist(),
+                   *(1.0 / n + d for n in range(1, 9) for d in near)})
 
 
 def on_and_off(rows, profile, n):
@@ -215,29 +184,25 @@ def on_and_off(rows, profile, n):
     return on / (0.5 * (at(1.0 / (n - 1)) + at(1.0 / (n + 1)))) if n > 1 else on / at(0.5)
 
 
-def frequencies_with_spin(progress, speeds=(0.0, 50.0, 100.0, 150.0, 300.0), duration=4.0):
-    """Return rows: first frequencies of both planes [Hz] at each spin, about the steady shape."""
+def frequencies_at(rpm, duration=4.0):
+    """Return the first frequencies of both planes [Hz] at a spin, about the steady shape."""
     from bristle_ros.simulation import Simulation
-    rows = []
-    for rpm in speeds:
-        progress(f'frequencies at {rpm:g} rpm')
-        scene = Scene(contact=Contact(enabled=False), damping=Damping(mass=0.0),
-                      drive=Drive(profile='constant', mean_speed=rpm * RPM, max_acceleration=10.0),
-                      solver=Solver(integration_time_step=5e-4, elements=8, start='steady',
-                                    spectral_radius=0.95),
-                      run=Run(chunk=0.01, sample=1e-3))
-        simulation = Simulation(scene)
-        # a small change of speed sets both planes swinging
-        simulation.command('cmd_brush_speed', (rpm * RPM + 0.05,))
-        count = round(duration / 2e-3)
-        tip = np.empty((count, 3))
-        for i in range(count):
-            simulation.advance(4)
-            tip[i] = simulation.snapshot().tip_position[0]
-        rows.append({'spin_rpm': rpm,
-                     'weak_hz': _peak_frequency((tip - tip.mean(axis=0)) @ _along(), 2e-3),
-                     'strong_hz': _peak_frequency(tip[:, 1] - tip[:, 1].mean(), 2e-3, 20.0)})
-    return rows
+    scene = Scene(contact=Contact(enabled=False), damping=Damping(mass=0.0),
+                  drive=Drive(profile='constant', mean_speed=rpm * RPM, max_acceleration=10.0),
+                  solver=Solver(integration_time_step=5e-4, elements=8, start='steady',
+                                spectral_radius=0.95),
+                  run=Run(chunk=0.01, sample=1e-3))
+    simulation = Simulation(scene)
+    # a small change of speed sets both planes swinging
+    simulation.command('cmd_brush_speed', (rpm * RPM + 0.05,))
+    count = round(duration / 2e-3)
+    tip = np.empty((count, 3))
+    for i in range(count):
+        simulation.advance(4)
+        tip[i] = simulation.snapshot().tip_position[0]
+    return {'spin_rpm': rpm,
+            'weak_hz': _peak_frequency((tip - tip.mean(axis=0)) @ _along(), 2e-3),
+            'strong_hz': _peak_frequency(tip[:, 1] - tip[:, 1].mean(), 2e-3, 20.0)}
 
 
 def _peak_frequency(signal, h, above=3.0):

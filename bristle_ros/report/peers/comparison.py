@@ -1,24 +1,40 @@
 """
-Beside exudyn and MuJoCo: the same scenes, in the same run, on the same core, best of several.
+Beside exudyn and MuJoCo: the same scenes, in the same run, on the same core, in turns.
 
 Each program is judged against its own converged run, so that the differences left between the
-programs count for none; how far the converged runs lie apart is stated. At equal error the
-fastest of the tried settings counts. MuJoCo is of first order in time and exudyn's elements are of
-second order in length: their converged runs are extrapolated from two or three fine ones.
+programs count for none; how far the converged runs lie apart is stated. MuJoCo is of first order
+in time and exudyn's elements are of second order in length: their converged runs are extrapolated
+from two or three fine ones. Their own errors are those of a second, coarser extrapolation.
 """
 from dataclasses import replace
 import math
+import time
 from typing import NamedTuple
 
-from bristle_ros.report.page import new_figure, whole_decades
-from bristle_ros.report.runs import run
+from bristle_ros.report.runs import prepare_run, run
+from bristle_ros.report.timing import Timed
+from bristle_ros.report.workers import Failed, Job
 import numpy as np
 
 from . import exudyn as peers_exudyn, mujoco as peers_mujoco
 from .scenes import our_scene, peer_scene
 
-TARGETS = (1.0, 0.1)    # [%]
-MARKERS = {'bristle_ros': ('#1f77b4', 'o'), 'exudyn': ('#d62728', 's'), 'mujoco': ('#2ca02c', '^')}
+LEVELS = (1.0, 0.3, 0.1)    # [%] at which costs are compared
+START_ANGLES = 1e-6 * np.linspace(-1.0, 1.0, 10)    # [rad] S4 is run from each and averaged
+LONGEST = 6.5       # [s] of wall time: what takes longer is run once, for its error, not timed
+PEERS = {'exudyn': peers_exudyn, 'mujoco': peers_mujoco}
+
+# Settings to try: (elements, step [s]), from coarse to fine.
+OURS = ((3, 4e-3), (4, 4e-3), (4, 2e-3), (6, 2e-3), (6, 1e-3), (8, 1e-3), (8, 5e-4), (12, 5e-4),
+        (12, 2e-4))
+EXUDYN = ((6, 4e-3), (8, 2e-3), (12, 2e-3), (12, 1e-3), (16, 5e-4), (24, 5e-4), (32, 5e-4),
+          (48, 5e-4), (48, 2.5e-4))
+MUJOCO = ((8, 1e-3), (8, 2e-4), (8, 1e-4), (12, 5e-5), (16, 2e-5), (24, 1e-5), (32, 5e-6))
+MUJOCO_DAMPED = ((6, 1e-3), (8, 1e-3), (8, 5e-4), (12, 2e-4), (16, 1e-4), (24, 2e-5), (32, 1e-5))
+# With contact what is compared is the impulse, and steps have to be shorter.
+OURS_CONTACT = ((6, 5e-4), (8, 2e-4), (12, 2e-4), (12, 1e-4), (12, 5e-5), (12, 2e-5))
+EXUDYN_CONTACT = ((12, 2e-4), (12, 5e-5), (24, 1e-4), (24, 5e-5))
+MUJOCO_CONTACT = ((12, 5e-5), (12, 2e-5), (24, 1e-5), (24, 5e-6))
 
 
 class Solution(NamedTuple):
@@ -31,67 +47,51 @@ class Solution(NamedTuple):
     spread: float = 0.0     # [N s] standard deviation of the impulse over the start angles
 
 
-START_ANGLES = 1e-6 * np.linspace(-1.0, 1.0, 10)    # [rad] S4 is run from each and averaged
+def solve(program, name, elements, step, change=0.0):
+    """Solve one of the five scenes with a program; return its Solution; in a worker."""
+    if program == 'bristle_ros':
+        began = time.perf_counter()
+        path = run(_our_scene(name, elements, step, change), peer_scene(name).duration)
+        return Solution(path.t, path.tip, float(path.impulse[-1, 2]),
+                        time.perf_counter() - began)
+    scene = peer_scene(name)
+    scene = scene._replace(start_angle=scene.start_angle + change)
+    return Solution(*PEERS[program].solve(scene, elements, step))
 
 
-# Settings to try: (elements, step [s]), from coarse to fine.
-OURS = ((3, 4e-3), (4, 4e-3), (4, 2e-3), (6, 2e-3), (6, 1e-3), (8, 1e-3), (8, 5e-4), (12, 5e-4),
-        (12, 2e-4))
-EXUDYN = ((6, 4e-3), (8, 2e-3), (12, 2e-3), (12, 1e-3), (16, 5e-4), (24, 5e-4), (32, 5e-4),
-          (48, 5e-4), (48, 2.5e-4))
-MUJOCO = ((8, 1e-3), (8, 2e-4), (8, 1e-4), (12, 5e-5), (16, 2e-5), (24, 1e-5), (32, 2e-6),
-          (48, 2e-6))
-MUJOCO_DAMPED = ((6, 1e-3), (8, 1e-3), (8, 5e-4), (12, 2e-4), (16, 1e-4), (24, 2e-5), (32, 1e-5))
-# With contact what is compared is the impulse, and steps have to be shorter.
-OURS_CONTACT = ((6, 5e-4), (8, 2e-4), (12, 2e-4), (12, 1e-4), (12, 5e-5), (12, 2e-5))
-EXUDYN_CONTACT = ((12, 2e-4), (12, 5e-5), (24, 1e-4), (24, 5e-5))
-MUJOCO_CONTACT = ((12, 5e-5), (12, 2e-5), (24, 1e-5), (24, 5e-6), (24, 2e-6))
+def _our_scene(name, elements, step, change=0.0):
+    scene = our_scene(name, step, elements=elements)
+    return replace(scene, brush=replace(scene.brush,
+                                        start_angle=scene.brush.start_angle + change))
 
 
-def _averaged(solve, name, elements, step):
-    """
-    Return the Solution of solve(scene name, start angle's change, elements, step).
-
-    S4, undamped, does not repeat in detail: its impulse and wall time are means over start angles.
-    """
-    if name != 'S4':
-        return solve(name, 0.0, elements, step)
-    parts = [solve(name, change, elements, step) for change in START_ANGLES]
-    impulses = [part.impulse for part in parts]
-    return parts[0]._replace(impulse=float(np.mean(impulses)), spread=float(np.std(impulses)),
-                             wall=float(np.mean([part.wall for part in parts])))
-
-
-def ours(name, elements, step):
-    """Solve one of the five scenes with this package; return its Solution."""
-    def solve(name, change, elements, step):
-        scene = our_scene(name, step, elements=elements)
-        scene = replace(scene, brush=replace(scene.brush,
-                                             start_angle=scene.brush.start_angle + change))
-        path = run(scene, peer_scene(name).duration)
-        return Solution(path.t, path.tip, float(path.impulse[-1, 2]), path.wall)
-    return _averaged(solve, name, elements, step)
-
-
-def _peer(module):
-    def solve(name, change, elements, step):
-        scene = peer_scene(name)
-        scene = scene._replace(start_angle=scene.start_angle + change)
-        return Solution(*module.solve(scene, elements, step))
-    return lambda name, elements, step: _averaged(solve, name, elements, step)
+def prepare(program, name, elements, step):
+    """Return what solves a scene and tells its wall time; in a worker."""
+    if program == 'bristle_ros':
+        return prepare_run(_our_scene(name, elements, step), peer_scene(name).duration)
+    return lambda: PEERS[program].solve(peer_scene(name), elements, step)[3]
 
 
 def programs():
-    """Return name to (solve, version) of the programs that are here, and the absent names."""
-    found = {'bristle_ros': (ours, '')}
-    absent = []
-    for name, module in (('exudyn', peers_exudyn), ('mujoco', peers_mujoco)):
-        version = module.version()
-        if version:
-            found[name] = _peer(module), version
-        else:
-            absent.append(name)
-    return found, absent
+    """Return {name: version} of the peers that are here."""
+    return {name: module.version() for name, module in PEERS.items() if module.version()}
+
+
+def _averaged(crew, program, name, elements, step, angles=START_ANGLES):
+    """
+    Return the Solution of a setting, or Failed.
+
+    S4, undamped, does not repeat in detail: its impulse is the mean over start angles.
+    """
+    changes = angles if name == 'S4' else (0.0,)
+    parts = crew.run([Job(solve, (program, name, elements, step, float(change)))
+                      for change in changes])
+    good = [part for part in parts if not isinstance(part, Failed)]
+    if len(good) < len(parts):
+        return next(part for part in parts if isinstance(part, Failed))
+    impulses = [part.impulse for part in good]
+    return good[0]._replace(impulse=float(np.mean(impulses)), spread=float(np.std(impulses)),
+                            wall=float(np.mean([part.wall for part in good])))
 
 
 def _blend(parts):
@@ -105,25 +105,39 @@ def _on(t, solution):
     return np.column_stack([np.interp(t, solution.t, column) for column in solution.tip.T])
 
 
-def converged(program, solve, name, *, quick):
-    """Return a program's converged Solution of a scene, and how it was made."""
-    contact = peer_scene(name).contact
+def _recipe(program, contact, quick, second):
+    """Return [(weight, elements, step)] of a converged run, or of the second one."""
     if program == 'bristle_ros':
-        elements, step = (12, 2e-6) if contact else (32, 2e-5)
-        return solve(name, elements, step), f'{elements} el, {step * 1e6:g} us'
+        if contact:
+            return [(1.0, 12, 4e-6 if second else 2e-6)]
+        return [(1.0, 24, 4e-5) if second else (1.0, 32, 2e-5)]
     if program == 'exudyn':
         if contact:
-            return solve(name, 24, 2e-5), '24 el, 20 us'
+            return [(1.0, 24, 4e-5 if second else 2e-5)]
         coarse, fine = ((16, 5e-4), (32, 2.5e-4)) if quick else ((24, 2.5e-4), (48, 1.25e-4))
-        return (_blend([(4 / 3, solve(name, *fine)), (-1 / 3, solve(name, *coarse))]),
-                f'{coarse[0]} and {fine[0]} el extrapolated')
+        if second:
+            coarse, fine = ((12, 5e-4), (24, 2.5e-4)) if quick else ((16, 2.5e-4), (32, 1.25e-4))
+        return [(4 / 3, *fine), (-1 / 3, *coarse)]
     if contact:
-        return solve(name, 24, 1e-6), '24 el, 1 us'
+        return [(1.0, 24, 4e-6 if second else 2e-6)]
     few, many, step = (12, 24, 2e-5) if quick else (16, 32, 1e-5)
+    if second:
+        few, many, step = (8, 16, 4e-5) if quick else (12, 24, 2e-5)
     # first order in time, second in length
-    return (_blend([(4 / 3, solve(name, many, step)), (-1 / 3 + 1.0, solve(name, few, step)),
-                    (-1.0, solve(name, few, 2 * step))]),
-            f'{few} and {many} el, {step * 1e6:g} and {2e6 * step:g} us extrapolated')
+    return [(4 / 3, many, step), (-1 / 3 + 1.0, few, step), (-1.0, few, 2 * step)]
+
+
+def converged(crew, program, name, *, quick, second=False):
+    """Return a program's converged Solution of a scene and how it was made, or Failed."""
+    recipe = _recipe(program, peer_scene(name).contact, quick, second)
+    parts = [(weight, _averaged(crew, program, name, elements, step,
+                                START_ANGLES[:4] if second else START_ANGLES))
+             for weight, elements, step in recipe]
+    failed = [part for _, part in parts if isinstance(part, Failed)]
+    if failed:
+        return failed[0], ''
+    how = ' and '.join(f'{elements} elements, {step * 1e6:g} us' for _, elements, step in recipe)
+    return _blend(parts), how + (' extrapolated' if len(recipe) > 1 else '')
 
 
 def path_error(solution, reference):
@@ -135,6 +149,13 @@ def path_error(solution, reference):
                                  / ((exact - straight) ** 2).sum()))
 
 
+def error_of(solution, exact, contact):
+    """Return the error that is compared [%]: of the impulse with contact, else of the path."""
+    if contact:
+        return 100.0 * abs(solution.impulse / exact.impulse - 1.0)
+    return path_error(solution, exact)
+
+
 def settings(program, name):
     """Return the (elements, step) to try."""
     if peer_scene(name).contact:
@@ -144,115 +165,68 @@ def settings(program, name):
     return {'bristle_ros': OURS, 'exudyn': EXUDYN, 'mujoco': mujoco}[program]
 
 
-def compare(progress, names, *, quick=False, repeats=5):
-    """
-    Return rows of all runs, rows of equal error with the ratios, and rows of disagreements.
-
-    Runs that meet a target are timed `repeats` times, taking turns with the other programs.
-    """
-    found, absent = programs()
-    rows, equal, apart = [], [], []
-    for name in names:
-        best, exact = {}, {}
-        contact = peer_scene(name).contact
-        for program, (solve, _) in found.items():
-            progress(f'{name}: {program}, converged run')
-            try:
-                exact[program], how = converged(program, solve, name, quick=quick)
-            except RuntimeError as failure:
-                rows.append({'scene': name, 'program': program, 'note': str(failure)})
-                continue
-            for elements, step in settings(program, name):
-                if quick and (elements > 24 or peer_scene(name).duration / step > 60_000):
-                    continue    # minutes
-                progress(f'{name}: {program}, {elements} el, {step * 1e6:g} us')
-                row = {'scene': name, 'program': program, 'elements': elements,
-                       'step_us': step * 1e6}
-                try:
-                    solution = solve(name, elements, step)
-                except RuntimeError as failure:
-                    rows.append({**row, 'note': str(failure)})
-                    continue
-                if contact:
-                    error = 100 * abs(solution.impulse / exact[program].impulse - 1.0)
-                else:
-                    error = path_error(solution, exact[program])
-                row.update(error_percent=error, note='', spread_percent=(
-                    100 * solution.spread / exact[program].impulse if contact else math.nan),
-                           wall_per_simulated_s=solution.wall / peer_scene(name).duration)
-                rows.append(row)
-                for target in TARGETS:
-                    least = best.get((program, target))
-                    if error <= target and (least is None or row['wall_per_simulated_s']
-                                            < least['wall_per_simulated_s']):
-                        best[program, target] = row
-                if error <= TARGETS[-1]:
-                    break       # what follows is finer and slower
-            apart.append({
-                'scene': name, 'program': program, 'converged_run': how,
-                'path_from_ours_percent': path_error(exact[program], exact['bristle_ros'])
-                if 'bristle_ros' in exact else math.nan,
-                'impulse_mNs': 1e3 * exact[program].impulse if contact else math.nan,
-                'impulse_from_ours_percent': 100 * (
-                    exact[program].impulse / exact['bristle_ros'].impulse - 1.0)
-                if contact else math.nan})
-        _time_again(progress, name, found, best, repeats)
-        for target in TARGETS:
-            equal.append(_equal_row(name, target, best, found))
-    return rows, equal, apart, absent
+def measure(context, names=None):
+    """Return the part's data; without a peer nothing is measured."""
+    found = programs()
+    data = {'versions': found, 'absent': [name for name in PEERS if name not in found],
+            'scenes': []}
+    if not found:
+        return data
+    names = names or (('S2',) if context.quick else ('S1', 'S2', 'S5', 'S3', 'S4'))
+    for number, name in enumerate(names):
+        entries = {}
+        for at, program in enumerate(('bristle_ros', *found)):
+            context.progress.count(number + 0.4 * at / (1 + len(found)), len(names),
+                                   f'{name}: errors of {program}')
+            entries[program] = _errors(context, program, name)
+        timed = [Timed(f'{program} {row["label"]}', prepare,
+                       (program, name, row['elements'], row['step']), program,
+                       peer_scene(name).duration)
+                 for program, entry in entries.items() for row in entry['rows']
+                 if 'error' in row and row['wall_once'] < LONGEST]
+        timings = context.timer.group(timed)
+        for program, entry in entries.items():
+            exact = entry.pop('exact')
+            entry['apart'] = _apart(entries['bristle_ros'].get('solution'), exact, name)
+            entry['solution'] = exact if program == 'bristle_ros' else None
+            for row in entry['rows']:
+                row['timing'] = timings.get(f'{program} {row["label"]}')
+        for entry in entries.values():
+            entry.pop('solution', None)
+        data['scenes'].append({'name': name, 'contact': peer_scene(name).contact,
+                               'programs': entries})
+    return data
 
 
-def _time_again(progress, name, found, best, repeats):
-    """Time the winners again, in turns; keep the least."""
-    for turn in range(1, repeats):
-        done = set()
-        for (program, _), row in best.items():
-            # a run that takes minutes is not disturbed by what disturbs one of milliseconds
-            if id(row) in done or row['wall_per_simulated_s'] > 60.0:
-                continue
-            done.add(id(row))
-            progress(f'{name}: timing {program}, {turn + 1} of {repeats}')
-            again = found[program][0](name, row['elements'], row['step_us'] * 1e-6)
-            row['wall_per_simulated_s'] = min(row['wall_per_simulated_s'],
-                                              again.wall / peer_scene(name).duration)
+def _apart(ours, exact, name):
+    if ours is None or exact is None:
+        return {}
+    return {'path': path_error(exact, ours), 'impulse': 100 * (exact.impulse / ours.impulse - 1.0)
+            if peer_scene(name).contact else None}
 
 
-def _equal_row(name, target, best, found):
-    row = {'scene': name, 'error_at_most_percent': target}
-    mine = best.get(('bristle_ros', target))
-    for program in found:
-        theirs = best.get((program, target))
-        row[f'{program}_s_per_s'] = theirs['wall_per_simulated_s'] if theirs else math.nan
-        row[f'{program}_setting'] = (
-            f'{theirs["elements"]} el, {theirs["step_us"]:g} us, {theirs["error_percent"]:.2g} %'
-            if theirs else 'none of those tried')
-        if program != 'bristle_ros':
-            row[f'{program}_over_ours'] = (
-                theirs['wall_per_simulated_s'] / mine['wall_per_simulated_s']
-                if theirs and mine else math.nan)
-    return row
-
-
-def draw(rows, names):
-    """Return the figure of error against run time of all programs."""
-    figure, axes = new_figure(min(3, len(names)), -(-len(names) // 3), 10.5, 3.6)
-    for panel in axes.flat[len(names):]:
-        panel.set_visible(False)
-    for name, panel in zip(names, axes.flat):
-        for program, (colour, marker) in MARKERS.items():
-            points = [row for row in rows if row['scene'] == name and row['program'] == program
-                      and row.get('error_percent', 0.0) > 0.0]
-            if points:
-                panel.loglog([p['wall_per_simulated_s'] for p in points],
-                             [p['error_percent'] for p in points], marker=marker, color=colour,
-                             ms=5, lw=1, label=program)
-        for target in TARGETS:
-            panel.axhline(target, color='#888', ls=':', lw=1)
-        panel.axvline(1.0, color='k', lw=0.8)
-        panel.set_title(name)
-        panel.set_xlabel('wall seconds per simulated second')
-        panel.set_ylabel('error of the impulse [%]' if peer_scene(name).contact
-                         else 'error of the tip path [%]')
-        whole_decades(panel)
-        panel.legend()
-    return figure
+def _errors(context, program, name):
+    """Return a program's converged run, own error, and rows with the errors of its settings."""
+    contact = peer_scene(name).contact
+    exact, how = converged(context.crew, program, name, quick=context.quick)
+    if isinstance(exact, Failed):
+        return {'rows': [{'label': 'converged run', 'note': exact.reason}], 'own': None,
+                'exact': None, 'how': ''}
+    second, _ = converged(context.crew, program, name, quick=context.quick, second=True)
+    own = None if isinstance(second, Failed) else error_of(second, exact, contact)
+    rows = []
+    for elements, step in settings(program, name):
+        if context.quick and (elements > 24 or peer_scene(name).duration / step > 60_000):
+            continue    # minutes
+        label = f'{elements} elements, {step * 1e6:g} us'
+        row = {'label': label, 'elements': elements, 'step': step, 'note': ''}
+        solution = _averaged(context.crew, program, name, elements, step)
+        if isinstance(solution, Failed):
+            rows.append({**row, 'note': solution.reason})
+            continue
+        error = error_of(solution, exact, contact)
+        rows.append({**row, 'error': error, 'wall_once': solution.wall, 'scatter': (
+            100 * solution.spread / exact.impulse if contact else None)})
+        if error <= LEVELS[-1]:
+            break       # what follows is finer and slower
+    return {'rows': rows, 'own': own, 'exact': exact, 'how': how}

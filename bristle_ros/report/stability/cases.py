@@ -29,6 +29,7 @@ BASES = {
         'contact.enabled': False, 'damping.mass': 0.0, 'drive.mean_speed': 150 * RPM,
         'drive.alternating_speed': 4 * RPM},
 }
+PACE = 1.5e5   # steps of an element per second that any machine does
 STEPS = 1_500_000    # of one case: what its wall limit lets it do on most machines
 OF_CONTACT = ('contact.', 'friction.', 'road.', 'sweeper.')
 
@@ -141,6 +142,8 @@ class Case(NamedTuple):
     parameters: dict        # dotted key to value
     duration: float         # [s] simulated
     commands: tuple = ()    # (t [s], topic, values)
+    resets: tuple = ()      # t [s]
+    drawn: bool = False     # at random
 
 
 def make_case(name, base, changes, duration, commands=()):
@@ -208,8 +211,14 @@ def listed(duration=0.5):
     return cases
 
 
-def drawn(seed, count, duration=0.5):
-    """Return `count` cases drawn at random: each changes two to six things of a base."""
+def drawn(seed, count, duration=0.5, limit=20.0):
+    """
+    Return `count` cases drawn at random: each changes two to six things of a base.
+
+    On top of that, and each by itself: load case, integrator, load steps longer than ITS,
+    commands within their limits, and a reset. What would last longer than the wall limit [s] is
+    shorter: on most machines no case is cut off.
+    """
     draw = random.Random(seed)
     cases = []
     for number in range(count):
@@ -218,9 +227,53 @@ def drawn(seed, count, duration=0.5):
         changes = {}
         for key in draw.sample(keys, draw.randint(2, 6)):
             changes[key] = _draw_value(draw, AXES[key])
-        name = f'drawn {seed}.{number}, {_spell(changes)}'
-        cases.append(make_case(name, base, changes, duration))
+        changes.update(_draw_scheme(draw))
+        case = make_case(f'drawn {seed}.{number}, {_spell(changes)}', base, changes, duration)
+        its = case.parameters['solver.integration_time_step']
+        most = max(100, int(PACE * limit / case.parameters.get('solver.elements', 12)))
+        case = case._replace(duration=min(round(case.duration / its), most) * its)
+        cases.append(_with_events(draw, case, base))
     return cases
+
+
+def _draw_scheme(draw):
+    """Return drawn keys of load case and integrator."""
+    changes = {}
+    if draw.random() < 0.4:
+        changes['solver.load_case'] = draw.choice(('inertia', 'displacement'))
+    if draw.random() < 0.4:
+        changes['solver.integrator'] = draw.choice(('generalized_alpha', 'newmark', 'hht'))
+    if draw.random() < 0.3:     # of ITS; make_case makes it a whole multiple
+        changes['solver.time_step'] = draw.choice((1e-4, 2e-4, 1e-3, 2e-3, 5e-3))
+    return changes
+
+
+def _with_events(draw, case, base):
+    """Return a case with drawn commands and resets."""
+    commands, resets, words = [], [], []
+    length = case.parameters.get('bristle.length', 0.24)
+    moving = case.parameters.get('solver.load_case') == 'displacement'
+    if draw.random() < 0.35:
+        speed = _in_range(draw, case.parameters.get('drive.max_speed', 320.0))
+        commands.append(('cmd_brush_speed', (speed,)))
+    if base != 'free' and draw.random() < 0.35:
+        commands.append(('cmd_penetration', (round(draw.uniform(-0.2, 0.25) * length, 4),)))
+    if base != 'free' and not moving and draw.random() < 0.25:
+        commands.append(('cmd_vel', (draw.uniform(-10.0, 10.0), draw.uniform(-10.0, 10.0),
+                                     draw.uniform(-2.0, 2.0))))
+    if draw.random() < 0.2:
+        resets.append(draw.uniform(0.1, 0.9) * case.duration)
+    timed = sorted((round(draw.uniform(0.05, 0.9) * case.duration, 6), topic, values)
+                   for topic, values in commands)
+    words += [f'{topic.removeprefix("cmd_")} {_short(values)} at {t:.3g} s'
+              for t, topic, values in timed]
+    words += [f'reset at {t:.3g} s' for t in resets]
+    return case._replace(commands=tuple(timed), resets=tuple(resets), drawn=True,
+                         name=', '.join([case.name, *words]))
+
+
+def _in_range(draw, limit):
+    return round(draw.choice((-1.0, 1.0)) * limit * draw.random() ** 2, 4)
 
 
 def _draw_value(draw, values):

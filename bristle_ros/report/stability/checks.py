@@ -45,6 +45,10 @@ class Watch:
         s = min(1.0, t / road.approach_time) if road.approach_time > 0.0 else 1.0
         return self._depth - road.penetration * s * s * (3.0 - 2.0 * s)
 
+    def commanded(self):
+        """Note that a command came: the road may move otherwise than the scene says."""
+        self._follows_road = False
+
     def before_step(self, snapshot):
         """Note the outputs at the start of a step that is then made alone."""
         self._before = snapshot

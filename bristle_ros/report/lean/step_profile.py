@@ -5,14 +5,14 @@ from bristle_ros.physics.wire import (accept_damping, accept_step, add_excess, b
                                       eliminate, factorise, internal_forces, LANES, local_error,
                                       predict_damping, R, residual, ROWS, StepCoefficients,
                                       strains, substitute, update_section_forces)
+from bristle_ros.report.precision.subjects import scene_of
 from bristle_ros.simulation import new_scratch, viscosity_of
 from bristle_ros.verbs import best_of, measure
 
-from .work_precision import scene_of
-
 CALLS = 300
 TURNS = 40      # of so many the best
-SCENES = ('free_rotation', 'cutting_brush')
+SCENES = ('S2', 'cutting_brush')
+WHOLE = 'a whole step'
 STEP = 2e-4     # [s]
 
 
@@ -78,25 +78,19 @@ def _times(simulation):
     return times
 
 
-def profile(progress, *, quick=False, repeats=5):
-    """Return rows: time of a call, calls and time in a step of each kernel, for two scenes."""
+def profile(name, duration, repeats):
+    """Return rows: time of a call, calls and time in a step of each kernel; in a worker."""
     from bristle_ros.simulation import Simulation
-    rows = []
-    for name in SCENES:
-        progress(f'profile: {name}')
-        simulation = Simulation(scene_of(name, STEP))
-        found = measure(simulation, 0.15 if quick else 0.3, 3 if quick else repeats)
-        counts = simulation.state.counts[0] / found['steps']
-        often = {'step': 1.0, 'iteration': counts[NEWTON], 'matrix': counts[FACTORISATIONS]}
-        left = found['step_us']
-        for kernel, place, each in _times(simulation):
-            calls = float(often[place])
-            left -= each * calls
-            rows.append({'scene': name, 'kernel': kernel, 'call_us': each,
-                         'calls_per_step': calls, 'step_us': each * calls,
-                         'share_percent': 100.0 * each * calls / found['step_us']})
-        rows.append({'scene': name, 'kernel': 'contact, frames and the loops',
-                     'step_us': left, 'share_percent': 100.0 * left / found['step_us']})
-        rows.append({'scene': name, 'kernel': 'a whole step', 'step_us': found['step_us'],
-                     'share_percent': 100.0})
-    return rows
+    simulation = Simulation(scene_of(name, STEP))
+    found = measure(simulation, duration, repeats)
+    counts = simulation.state.counts[0] / found['steps']
+    often = {'step': 1.0, 'iteration': counts[NEWTON], 'matrix': counts[FACTORISATIONS]}
+    left, rows = found['step_us'], []
+    for kernel, place, each in _times(simulation):
+        calls = float(often[place])
+        left -= each * calls
+        rows.append({'scene': name, 'kernel': kernel, 'call_us': each,
+                     'calls_per_step': calls, 'step_us': each * calls})
+    rows.append({'scene': name, 'kernel': 'contact, frames and the loops', 'step_us': left})
+    rows.append({'scene': name, 'kernel': WHOLE, 'step_us': found['step_us']})
+    return [{**row, 'share': 100.0 * row['step_us'] / found['step_us']} for row in rows]

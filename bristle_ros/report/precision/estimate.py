@@ -11,10 +11,11 @@ from typing import NamedTuple
 
 from bristle_ros.physics.contact import LEVEL, MATRIX_STEP, OPEN, STATE
 from bristle_ros.physics.wire import LANES, MASS, ROWS, X
+from bristle_ros.report.figure import legend, new_panel, plot, svg
+from bristle_ros.report.workers import Failed, Job
 import numpy as np
 
-from .page import new_figure
-from .work_precision import scene_of
+from .subjects import scene_of
 
 PARTS = 64      # fine steps that stand for the exact one
 BAND = 3.0      # the factor within which an estimate serves to choose a step
@@ -98,24 +99,29 @@ def look_at(scene, its, keys, steps):
     return found
 
 
-def measure(progress, *, quick=False, cases=CASES, schemes=SCHEMES):
-    """Return the Steps looked at, and how many were left out as done in sub-steps."""
+def measure(context, cases=CASES, schemes=SCHEMES):
+    """Return the part's data: the steps looked at, and how many were done in sub-steps."""
     random = np.random.default_rng(SEED)
-    found, split = [], 0
+    jobs, places = [], []
     for scene, duration, its_values in cases:
-        for its in its_values[:1] if quick else its_values:
+        for its in its_values[:1] if context.quick else its_values:
             for scheme, keys in schemes.items():
-                progress(f'estimate of the local error: {scene}, ITS {its * 1e6:g} us, {scheme}')
                 count = round(duration / its)
-                steps = np.unique(random.integers(count // 20, count, 2 if quick else 8))
-                for number, looked in zip(steps, look_at(scene, its, keys, steps)):
-                    if looked is None:
-                        split += 1
-                        continue
-                    estimate, true, touching = looked
-                    found.append(Step(scene, scheme, its, float(number * its), touching,
-                                      estimate, true))
-    return found, split
+                steps = np.unique(random.integers(count // 20, count, 2 if context.quick else 8))
+                jobs.append(Job(look_at, (scene, its, keys, steps.tolist())))
+                places.append((scene, scheme, its, steps))
+    answers = context.crew.run(jobs, show=lambda value, job, done, total: context.progress.count(
+        done, total, f'{job.arguments[0]}, single steps'))
+    found, split = [], 0
+    for (scene, scheme, its, steps), looks in zip(places, answers):
+        for number, looked in zip(steps, () if isinstance(looks, Failed) else looks):
+            if looked is None:
+                split += 1
+                continue
+            estimate, true, touching = looked
+            found.append(Step(scene, scheme, its, float(number * its), touching, estimate,
+                              true)._asdict())
+    return {'steps': found, 'split': split}
 
 
 def summary(found):
@@ -123,9 +129,9 @@ def summary(found):
     def row(kind, steps):
         ratios = np.array([step.ratio for step in steps])
         outside = int(((ratios > BAND) | (ratios < 1.0 / BAND)).sum())
-        return {'steps_looked_at': kind, 'count': len(steps),
+        return {'kind': kind, 'count': len(steps),
                 'smallest_ratio': float(ratios.min()), 'median_ratio': float(np.median(ratios)),
-                'largest_ratio': float(ratios.max()), f'outside_a_factor_{BAND:g}': outside}
+                'largest_ratio': float(ratios.max()), 'outside': outside}
     kinds = [('free', [s for s in found if not s.touching]),
              ('on the road', [s for s in found if s.touching])]
     kinds += [(f'{name}, all', [s for s in found if s.scheme == name])
@@ -133,24 +139,46 @@ def summary(found):
     return [row(kind, steps) for kind, steps in (*kinds, ('all', found)) if steps]
 
 
-def draw(found):
-    """Return a figure: estimate against true error of every step, free and on the road."""
-    figure, axes = new_figure(2, 1, 10.5, 4.4)
+def _panel(found, touching, title):
+    figure, axes = new_panel(title, 'true local error, per length of the bristle',
+                             'estimate, per length of the bristle')
     values = [v for s in found for v in (s.estimate, s.true) if v > 0.0]
-    low = 10.0 ** math.floor(math.log10(min(values)))
-    high = 10.0 ** math.ceil(math.log10(max(values)))
-    ends = np.array([low, high])
-    marks = dict(zip(dict.fromkeys(s.scheme for s in found), 'osD^v<>PX*'))
-    for panel, touching, title in zip(axes.flat, (False, True), ('free', 'tip on the road')):
-        panel.fill_between(ends, ends / BAND, ends * BAND, color='#d9ead3', lw=0,
-                           label=f'within a factor {BAND:g}')
-        panel.plot(ends, ends, color='k', lw=0.8, label='estimate = true error')
-        for at, (scheme, mark) in enumerate(marks.items()):
-            points = [s for s in found if s.scheme == scheme and s.touching == touching]
-            panel.loglog([s.true for s in points], [s.estimate for s in points], mark, ms=4,
-                         color=f'C{at}', alpha=0.7, mew=0, label=scheme)
-        panel.set(xlim=(low, high), ylim=(low, high), xscale='log', yscale='log',
-                  title=title, ylabel='estimate, per length of the bristle',
-                  xlabel='true local error, per length of the bristle')
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc='outside lower center', ncols=5)
-    return figure
+    ends = np.array([10.0 ** math.floor(math.log10(min(values))),
+                     10.0 ** math.ceil(math.log10(max(values)))])
+    axes.fill_between(ends, ends / BAND, ends * BAND, color='#e4e4e4', lw=0)
+    axes.plot(ends, ends, color='k', lw=0.8)
+    points = [s for s in found if s.touching == touching]
+    plot(axes, 'on the road' if touching else 'free', [s.true for s in points],
+         [s.estimate for s in points], line=False)
+    axes.set(xscale='log', yscale='log', xlim=ends, ylim=ends)
+    return svg(figure, f'estimate against true local error, {title}')
+
+
+def show(page, data, results):
+    """Put the part on the page."""
+    found = [Step(**step) for step in data['steps']]
+    page.heading('Estimate of the local error')
+    page.explain('The estimate that the stepper gives for a step, against its true error, that to '
+                 f'the same step from the same state in {PARTS} parts. Both are local, root mean '
+                 'square over the mass that moved, per length of the bristle. Left out are steps '
+                 'done in sub-steps, which estimate only their last one.')
+    rows = summary(found)
+    if not rows:
+        page.says(f'{len(found)} steps, {data["split"]} left out.')
+        return
+    whole = rows[-1]
+    page.says(f'{len(found)} single steps of {len({(s.scene, s.its, s.scheme) for s in found})} '
+              f'runs, {data["split"]} left out. Estimate over true error: '
+              f'{whole["smallest_ratio"]:.2g} to {whole["largest_ratio"]:.2g}, median '
+              f'{whole["median_ratio"]:.3g}; {whole["outside"]} outside a factor {BAND:g}.')
+    page.figure([_panel(found, False, 'free'), _panel(found, True, 'tip on the road')],
+                f'Every point is a step; in the grey band estimate and truth are within a factor '
+                f'{BAND:g}.', legend(('free', 'on the road')))
+    page.table('local_error', rows, {
+        'kind': 'steps looked at', 'count': 'count', 'smallest_ratio': 'smallest ratio',
+        'median_ratio': 'median ratio', 'largest_ratio': 'largest ratio',
+        'outside': f'outside a factor {BAND:g}'}, 'Estimate over true error, by kind of step.')
+    page.data('local_error_steps', [{**s._asdict(), 'ratio': s.ratio} for s in found], {
+        'scene': 'scene', 'scheme': 'scheme', 'its': 'integration step [s]', 't': 'time [s]',
+        'touching': 'on the road', 'estimate': 'estimate, per length', 'true':
+        'true error, per length', 'ratio': 'estimate over true error'}, 'Every step looked at.')

@@ -1,0 +1,1 @@
+"""What it costs to leave a feature in, and how it is left out."""
