@@ -12,6 +12,8 @@ from bristle_ros.scene import Scene, SceneError, tip_depth
 import numpy as np
 from numpy.typing import NDArray
 
+from .surface import surface_of
+
 SHEAR_CORRECTION = 5.0 / 6.0    # rectangle
 FILLER = 1e-30      # mass [kg] and inertia [kg m^2] of nodes that only fill the last block
 # local error [bristle lengths] that no step may have, of fixed length or not: a motion that
@@ -131,12 +133,13 @@ def build_model(scene: Scene) -> Model:
 
 
 def new_scratch(model: Model) -> Scratch:
-    """Return the room that kernels work in."""
-    return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
+    """Return the room that kernels work in; threads that share a queue share one's table."""
+    return Scratch(chain_work(), np.zeros((9, 16)), np.zeros((3, FRAME)), np.zeros(FRAME),
                    np.zeros((2, FRAME)), np.zeros((2, BASICS)),
                    np.zeros((BATCH * PARTS + 1, FRAME)), np.zeros(BATCH * PARTS + 1, np.int64),
                    np.zeros((model.blocks, BLOCK)),
-                   np.zeros(TIP), np.zeros(AUDIT), np.zeros(3, np.int64))
+                   np.zeros(TIP), np.zeros(AUDIT), np.zeros((2 * BATCH + 1, FRAME)),
+                   np.zeros(3, np.int64))
 
 
 def straight_nodes(scene: Scene, model: Model) -> NDArray[np.float64]:

@@ -6,9 +6,10 @@ from operator import index
 import time
 from typing import Any, SupportsFloat, SupportsIndex, TypeAlias
 
-from bristle_ros.physics.contact import GAP
-from bristle_ros.physics.motion import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, RAMP,
-                                        ramp_at as compiled_ramp_at, renew_rates, ROTATION, SPEED,
+from bristle_ros.physics.contact import GAP, gap_at
+from bristle_ros.physics.motion import (APPROACHING, FORWARD, HEIGHT,
+                                        kerb_offset as compiled_kerb_offset, LEFT, MOVED,
+                                        PENETRATION, RAMP, ramp_at as compiled_ramp_at, renew_rates, ROTATION, SPEED,
                                         split_load_step, YAW)
 from bristle_ros.physics.step import (FAILURES, initialise, Model, NEWTON, NO_CONVERGENCE,
                                       NOT_FINITE, output, own_frame, SINGULAR_MATRIX, SUBSTEPS,
@@ -39,6 +40,7 @@ LOADS = "the brush's motion is not finite there: that is no fault of the scene, 
 
 # A few commands a second are not worth a compiled function that has to be loaded.
 ramp_at = getattr(compiled_ramp_at, 'py_func', compiled_ramp_at)
+kerb_offset = getattr(compiled_kerb_offset, 'py_func', compiled_kerb_offset)
 
 HIGHEST = 10.0  # [m] that a command may lift the brush: what road.penetration may be
 MOST_STEPS = 2**62  # of one call: what a kernel can count
@@ -155,9 +157,15 @@ class Simulation:
         frame = self._scratch.frames[0]
         positions = self.centreline_own()[:, -1]
         gaps = np.empty(self.model.bristles)
+        surface = self._law and self._law.surface
         for bristle, azimuth in enumerate(self.model.azimuth):
             own_frame(self.model, self.state.motion, azimuth, 0.0, self._scratch, frame)
             gaps[bristle] = frame[ROTATION + 6:ROTATION + 9] @ positions[bristle] + frame[HEIGHT]
+            if surface is not None:
+                place = frame[ROTATION:ROTATION + 9].reshape(3, 3) @ positions[bristle]
+                place[:2] += self.state.motion[MOVED:MOVED + 2]
+                gaps[bristle] = gap_at(surface, place[0], place[1], place[2] + frame[HEIGHT],
+                                       self._scratch.contact[8])[0]
         self.state.tip[:, GAP] = gaps
         return gaps
 
@@ -278,6 +286,15 @@ class Simulation:
                  else ramp_at(motion, PENETRATION, now)[0])
         return (self.model.drive.tip_depth - depth, ramp_at(motion, YAW, now)[2],
                 ramp_at(motion, FORWARD, now)[0], ramp_at(motion, LEFT, now)[0])
+
+    def base_pose(self) -> tuple[float, float, float]:
+        """Return x, y [m] and heading [rad] of the sweeper's base on the road."""
+        now, motion, drive = self.step * self.its, self.state.motion, self.model.drive
+        heading = ramp_at(motion, YAW, now)[2]
+        c, s = math.cos(heading), math.sin(heading)
+        x, y = self.scene.sweeper.mount_position
+        return (motion[MOVED] - (c * x - s * y),
+                motion[MOVED + 1] - (s * x + c * y) + kerb_offset(now, drive)[0], heading)
 
     def _limits(self, topic: str, given: Values) -> tuple[float, ...]:
         scene = self.scene

@@ -5,7 +5,7 @@ import os
 from typing import Any, TypeAlias
 
 from bristle_ros.physics.contact import ContactLaw
-from bristle_ros.physics.motion import FRAME
+from bristle_ros.physics.motion import keep_place
 from bristle_ros.physics.step import (advance, advance_alone, BATCH, fill_frames, Model,
                                       Scratch, State)
 import numpy as np
@@ -43,8 +43,9 @@ class Stepper:
         available = threads or len(os.sched_getaffinity(0))
         self.threads = max(1, min(available, model.bristles // SHARE))
         self._queue = np.zeros(1, np.int64)
-        self._scratch = [new_scratch(model) for _ in range(self.threads)]
-        self._table = np.zeros((2 * BATCH + 1, FRAME))
+        first = new_scratch(model)
+        self._scratch = [first, *(new_scratch(model)._replace(table=first.table)
+                                  for _ in range(self.threads - 1))]
         self._pool: ThreadPoolExecutor | None = None
         self._checkpoint: list[NDArray[Any]] = []
         # what was advanced since: (steps, motion, model) of each batch
@@ -75,7 +76,7 @@ class Stepper:
 
     def _alone(self, steps: int) -> int:
         status: int = advance_alone(self.model, *self._features, self._state, self._scratch[0],
-                                    self._table, steps)
+                                    steps)
         return status
 
     def forget(self) -> None:
@@ -111,8 +112,7 @@ class Stepper:
 
     def _run(self, steps: int) -> Failure | None:
         """Make the steps from now on; None, or (step, status, bristle) of a failure."""
-        fill_frames(self.model, self._features[0], self._state, self._scratch[0], steps,
-                    self._table)
+        fill_frames(self.model, self._features[0], self._state, self._scratch[0], steps)
         if self.threads > 1 and self._pool is None:
             self._pool = ThreadPoolExecutor(self.threads - 1, 'stepper')
         self._queue[0] = 0
@@ -121,13 +121,14 @@ class Stepper:
         failures = [self._work(self._scratch[0], steps), *(other.result() for other in others)]
         failed = min(filter(None, failures), default=None)
         if failed is None:
+            keep_place(self._scratch[0].table, self._state.motion, steps)
             self._state.step[0] += steps
         return failed
 
     def _work(self, scratch: Scratch, steps: int) -> Failure | None:
         """Take bristles until none is left; None, or (step, status, bristle) of a failure."""
-        status = advance(self.model, *self._features, self._state, scratch, self._table,
-                         self._queue, steps)
+        status = advance(self.model, *self._features, self._state, scratch, self._queue,
+                         steps)
         if status:
             return int(scratch.failed[1]), status, int(scratch.failed[2])
         return None

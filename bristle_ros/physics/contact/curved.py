@@ -20,13 +20,13 @@ from math import sqrt
 
 from bristle_ros.physics.compiler import jit
 from bristle_ros.physics.motion import HEIGHT, HEIGHT_RATE, PLACE, ROTATION, SPIN, VELOCITY
-from bristle_ros.physics.wire import CORNER, LANES, MASS, tip_lane, V0, X, X0
+from bristle_ros.physics.wire import CORNER, LANES, MASS, tip_lane, V0, X0
 
 from .bracket import solve_contact
 from .law import ContactLaw, OPEN, UNSOLVED
 from .surface import gap_at
 from .tip import (BEFORE, compliance, contact_correction, finish_contact, FORCE, GAP,
-                  free_displacement, push, rotate, rotate_back, section_axes, SLIP_MOVED, STATE,
+                  free_position, push, rotate, rotate_back, section_axes, SLIP_MOVED, STATE,
                   stopping_force)
 
 SHORT = 1e-20   # [m^2] |d|^2 below which the correction along d is left out
@@ -122,20 +122,19 @@ def correct_contact(s, chain, tip, elements, law, surface, step, frames, scratch
     """
     Solve the contact problem on whatever surface; arguments as for `contact_correction`.
 
-    surface : Surface or None;  scratch : (11, 8)
+    surface : Surface or None;  scratch : (9, 16)
     """
     if surface is None:
         return contact_correction(s, chain, tip, elements, law, step, frames, scratch)
     j, lane = tip_lane(elements)
     start, middle, end = frames[0], frames[1], frames[2]
     axes = section_axes(s, j, lane)
-    u1, u2, u3 = free_displacement(chain[elements - 1], axes)
+    x1, x2, x3 = free_position(s, j, lane, chain[elements - 1], axes)
     o = place_of(start, s[j, X0 * LANES + lane], s[j, (X0 + 1) * LANES + lane],
                  s[j, (X0 + 2) * LANES + lane])
-    p = place_of(end, s[j, X * LANES + lane] + u1, s[j, (X + 1) * LANES + lane] + u2,
-                 s[j, (X + 2) * LANES + lane] + u3)
+    p = place_of(end, x1, x2, x3)
     d = (p[0] - o[0], p[1] - o[1], p[2] - o[2])
-    sums = scratch[8:10].ravel()
+    sums = scratch[8]
     gap0, _, _, _, piece = gap_at(surface, o[0], o[1], o[2], sums)
     gap1, e1, e2, e3, _ = gap_at(surface, p[0], p[1], p[2], sums)
     g1, g2, g3 = tip[FORCE], tip[FORCE + 1], tip[FORCE + 2]
@@ -175,7 +174,7 @@ def finish_on_surface(s, j, lane, law, surface, h, end, tip, scratch):
     x2 = s[j, (X0 + 1) * LANES + lane]
     x3 = s[j, (X0 + 2) * LANES + lane]
     p1, p2, p3 = place_of(end, x1, x2, x3)
-    _, n1, n2, n3, piece = gap_at(surface, p1, p2, p3, scratch[8:10].ravel())
+    _, n1, n2, n3, piece = gap_at(surface, p1, p2, p3, scratch[8])
     a1, a2, a3, b1, b2, b3, _ = across(n1, n2, n3)
     o1, o2, o3 = end[SPIN], end[SPIN + 1], end[SPIN + 2]
     r1, r2, r3 = rotate(end, ROTATION, s[j, V0 * LANES + lane] + o2 * x3 - o3 * x2,

@@ -6,7 +6,8 @@ start, the middle and the end; its integral over the part f of the step is
 
     h [V0 (f - 3/2 f^2 + 2/3 f^3) + Vm (2 f^2 - 4/3 f^3) + V1 (2/3 f^3 - 1/2 f^2)]
 
-which over all of it is Simpson's rule: exact for straight ramps, to (yaw rate h)^4 / 2880 in turns.
+which over all of it is Simpson's rule: exact for straight ramps, in turns to
+(yaw rate h)^4 / 2880.
 Sub-steps lie on the same parabola, so a step ends where its parts do.
 """
 from bristle_ros.physics.compiler import jit
@@ -15,9 +16,9 @@ from .frame import MOVED, PLACE, VELOCITY
 
 
 @jit
-def way_within(table, step, part, h, frame):
+def _go(table, step, part, h, frame):
     """
-    Fill the place of a frame record that is `part` of the way through a step.
+    Fill the place of a frame record that is `part` of the way through a step of a table.
 
     table : (2 n + 1, FRAME)    frame records at the starts, middles and ends of n steps
     """
@@ -32,12 +33,21 @@ def way_within(table, step, part, h, frame):
 
 
 @jit
+def way_within(table, step, part, h, frame):
+    """Fill a frame record's place; at a step's end it is the table's, to the last bit."""
+    if part < 1.0:
+        _go(table, step, part, h, frame)
+    else:
+        frame[PLACE], frame[PLACE + 1] = table[2 * step + 2, PLACE], table[2 * step + 2, PLACE + 1]
+
+
+@jit
 def follow_path(table, motion, h, steps):
     """Fill the places in a table of `steps` steps from where the motion has got to."""
     table[0, PLACE], table[0, PLACE + 1] = motion[MOVED], motion[MOVED + 1]
     for step in range(steps):
-        way_within(table, step, 0.5, h, table[2 * step + 1])
-        way_within(table, step, 1.0, h, table[2 * step + 2])
+        _go(table, step, 0.5, h, table[2 * step + 1])
+        _go(table, step, 1.0, h, table[2 * step + 2])
 
 
 @jit

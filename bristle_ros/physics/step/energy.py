@@ -7,8 +7,8 @@ are left out of the work: they are (width / length)^2 of the rest.
 from math import asin, cos, sin
 
 from bristle_ros.physics.compiler import jit
-from bristle_ros.physics.contact import (FORCE, GAP, OPEN, rotate_back, SLIP_MOVED, spring_energy,
-                                         STATE)
+from bristle_ros.physics.contact import (BEFORE, FORCE, GAP, OPEN, rotate_back, SLIP_MOVED,
+                                         spring_energy, STATE)
 from bristle_ros.physics.motion import (CLAMP, DRAG_RATE, DRAG_SPIN, GRAVITY, ROTATION, SPIN,
                                         SPIN_RATE, THETA)
 from bristle_ros.physics.wire import (clamp_reaction, HV, INERTIA, LANES, MASS, Q0, RATE0,
@@ -148,12 +148,21 @@ def _clamp_work(model, audit, s, frames):
 
 
 @jit
-def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep, drift, h):
+def gap_before(tip, surface):
+    """Return the gap at the start of the last step [m]."""
+    if surface is None:
+        return tip[GAP] - tip[SLIP_MOVED + 2]
+    return tip[BEFORE]
+
+
+@jit
+def account_step(model, law, viscosity, audit, bristle, scratch, step):
     """
     Add one converged step, not yet accepted, to the accounts; arguments as in `try_step`.
 
-    turned : (2, FRAME)    room for the frame records of the turning brush
+    step : StepCoefficients
     """
+    s, tip, frames, turned = bristle.nodes, bristle.tip, scratch.frames, scratch.turned
     start, end = frames[0], frames[2]
     work = 0.0
     if model.displacement:
@@ -164,7 +173,7 @@ def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep,
     dissipated = 0.0
     for j in range(model.blocks):
         for i in range(LANES):
-            by_frame, by_damping = _account_node(model, s, j, i, frames, start, end, cv)
+            by_frame, by_damping = _account_node(model, s, j, i, frames, start, end, step.cv)
             work += by_frame
             dissipated += by_damping
     if viscosity is not None:
@@ -176,12 +185,12 @@ def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep,
                     change = s[j, (STRAIN + row) * LANES + i] - s[j, (STRAIN0 + row) * LANES + i]
                     rate = s[j, (RATE0 + row) * LANES + i]
                     density += c[row] * change * (
-                        cv * change + (1.0 + keep) * rate
-                        + drift * s[j, (RATEACC0 + row) * LANES + i])
+                        step.cv * change + (1.0 + step.keep) * rate
+                        + step.drift * s[j, (RATEACC0 + row) * LANES + i])
                 dissipated += 0.5 * viscosity * s[j, WEIGHT * LANES + i] * density
     if law is not None and tip[STATE] != OPEN:
         stored = (spring_energy(law.stiffness, tip[GAP])
-                  - spring_energy(law.stiffness, tip[GAP] - tip[SLIP_MOVED + 2]))
+                  - spring_energy(law.stiffness, gap_before(tip, law.surface)))
         relative = 0.0
         for i in range(3):
             relative += tip[FORCE + i] * tip[SLIP_MOVED + i]
