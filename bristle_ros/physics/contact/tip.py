@@ -45,7 +45,7 @@ def rotate_back(a, at, x, y, z):
 def push(s, j, lane, step, f1, f2, f3):
     """Add the change of the contact force (brush axes) to the tip's histories."""
     inverse = 1.0 / s[j, MASS * LANES + lane]
-    by_a = step.impulse * inverse
+    by_a = 0.5 * step.ca * step.h * step.h * inverse
     by_v = step.drift * inverse
     s[j, HA * LANES + lane] += by_a * f1
     s[j, (HA + 1) * LANES + lane] += by_a * f2

@@ -33,25 +33,43 @@ class Model(NamedTuple):
 class State(NamedTuple):
     """What a step changes, in place; all of it decides what the next step does."""
 
-    nodes: NDArray[np.float64]  # (B, blocks, BLOCK) wire/layout.py
-    mids: NDArray[np.float64]  # (B, blocks, MIDS) wire/chain.py: the frozen matrix, mid nodes
-    chain: NDArray[np.float64]  # (B, elements, RECORD) and corners
-    tip: NDArray[np.float64]  # (B, TIP) contact/tip.py
-    counts: NDArray[np.int64]   # (B, COUNTS) int64, running counts of newton.py
-    motion: NDArray[np.float64]  # (MOTION,) motion/frame.py: the ramps that commands change
-    step: NDArray[np.int64]   # (1,) int64: steps done
-    audit: NDArray[np.float64]  # (B, AUDIT) energy accounts, where they are kept
+    nodes: NDArray[np.float64]      # (B, blocks, BLOCK) wire/layout.py
+    mids: NDArray[np.float64]       # (B, blocks, MIDS) wire/chain.py: the frozen matrix, mid nodes
+    chain: NDArray[np.float64]      # (B, elements, RECORD) and corners
+    tip: NDArray[np.float64]        # (B, TIP) contact/tip.py
+    counts: NDArray[np.int64]       # (B, COUNTS) int64, running counts of newton.py
+    motion: NDArray[np.float64]     # (MOTION,) motion/frame.py: the ramps that commands change
+    step: NDArray[np.int64]         # (1,) int64: steps done
+    audit: NDArray[np.float64]      # (B, AUDIT) energy accounts, where they are kept
 
 
 class Bristle(NamedTuple):
     """One bristle's part of State, and its azimuth."""
 
-    azimuth: NDArray[np.float64]         # (4,)
-    nodes: NDArray[np.float64]           # (blocks, BLOCK)
-    mids: NDArray[np.float64]            # (blocks, MIDS)
-    chain: NDArray[np.float64]           # (elements, RECORD)
-    tip: NDArray[np.float64]             # (TIP,)
-    counts: NDArray[np.int64]          # (COUNTS,)
+    azimuth: NDArray[np.float64]    # (4,)
+    nodes: NDArray[np.float64]      # (blocks, BLOCK)
+    mids: NDArray[np.float64]       # (blocks, MIDS)
+    chain: NDArray[np.float64]      # (elements, RECORD)
+    tip: NDArray[np.float64]        # (TIP,)
+    counts: NDArray[np.int64]       # (COUNTS,)
+
+
+@inlined
+def bristle_of(model, state, number):
+    """Return the Bristle of that number."""
+    return Bristle(model.azimuth[number], state.nodes[number], state.mids[number],
+                   state.chain[number], state.tip[number], state.counts[number])
+
+
+class Bristle(NamedTuple):
+    """One bristle's part of State, and its azimuth."""
+
+    azimuth: np.ndarray         # (4,)
+    nodes: np.ndarray           # (blocks, BLOCK)
+    mids: np.ndarray            # (blocks, MIDS)
+    chain: np.ndarray           # (elements, RECORD)
+    tip: np.ndarray             # (TIP,)
+    counts: np.ndarray          # (COUNTS,)
 
 
 @inlined
@@ -64,17 +82,17 @@ def bristle_of(model, state, number):
 class Scratch(NamedTuple):
     """Room that a step works in; nothing in it outlives the call."""
 
-    work: NDArray[np.float64]  # (CHAIN_WORK,)
-    contact: NDArray[np.float64]  # (9, 16)
-    frames: NDArray[np.float64]  # (3, FRAME) of the present sub-step: start, middle and end
-    frame: NDArray[np.float64]  # (FRAME,)
-    turned: NDArray[np.float64]  # (2, FRAME)
-    basics: NDArray[np.float64]  # (2, BASICS)
-    parts: NDArray[np.float64]  # (BATCH PARTS + 1, FRAME) at parts of steps, where known
-    known: NDArray[np.int64]   # (BATCH PARTS + 1,) int64: 1 where they are
-    saved: NDArray[np.float64]  # (blocks, BLOCK)
+    work: NDArray[np.float64]       # (CHAIN_WORK,)
+    contact: NDArray[np.float64]    # (9, 16)
+    frames: NDArray[np.float64]     # (3, FRAME) of the present sub-step: start, middle and end
+    frame: NDArray[np.float64]      # (FRAME,)
+    turned: NDArray[np.float64]     # (2, FRAME)
+    basics: NDArray[np.float64]     # (2, BASICS)
+    parts: NDArray[np.float64]      # (BATCH PARTS + 1, FRAME) at parts of steps, where known
+    known: NDArray[np.int64]        # (BATCH PARTS + 1,) int64: 1 where they are
+    saved: NDArray[np.float64]      # (blocks, BLOCK)
     saved_tip: NDArray[np.float64]  # (TIP,)
-    saved_audit: NDArray[np.float64]  # (AUDIT,)
-    table: NDArray[np.float64]  # (2 BATCH + 1, FRAME) at azimuth 0, at the ends and middles of
-    #                             a call's steps: whoever shares a queue shares it
-    failed: NDArray[np.int64]   # (3,) int64: step of a failure; step and bristle of the first
+    saved_audit: NDArray[np.float64]# (AUDIT,)
+    table: NDArray[np.float64]      # (2 BATCH + 1, FRAME) at azimuth 0, at the ends and middles of
+    #                               a call's steps: whoever shares a queue shares it
+    failed: NDArray[np.int64]       # (3,) int64: step of a failure; step and bristle of the first

@@ -69,12 +69,11 @@ def step_coefficients(scheme, mass_damping, viscosity, h):
     ca = (1.0 - scheme.alpha_m) / ((1.0 - scheme.alpha_f) * scheme.beta * h * h)
     cv = scheme.gamma / (scheme.beta * h)
     drift = h * (1.0 - 0.5 * scheme.gamma / scheme.beta)
-    impulse = 0.5 * ca * h * h
     factor = 1.0
     if viscosity is not None:
         factor = 1.0 + viscosity * cv
     return StepCoefficients(h, ca, cv, 1.0 - scheme.gamma / scheme.beta, drift, factor,
-                            ca + mass_damping * cv, impulse, impulse - mass_damping * drift)
+                            ca + mass_damping * cv, 0.5 * ca * h * h - mass_damping * drift)
 
 
 @jit

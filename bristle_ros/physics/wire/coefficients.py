@@ -19,11 +19,10 @@ class StepCoefficients(NamedTuple):
     drift: float            # [s]
     factor: float           # by which beta_D stiffens the material: 1 + beta_D cv
     mass_factor: float      # [1/s^2] by which alpha_D stiffens inertia: ca + alpha_D cv
-    impulse: float          # part of HA per force and mass that acts as an impulse: ca h^2 / 2
-    gain: float             # residual per unit of such a force: impulse - alpha_D drift
+    gain: float             # residual per unit of contact force: ca h^2 / 2 - alpha_D drift
 
 
 @inlined
 def pseudo_step(ca):
     """Return the coefficients of a static search, where inertia alone holds back: ca [1/s^2]."""
-    return StepCoefficients(0.0, ca, 0.0, 0.0, 0.0, 1.0, ca, 0.0, 0.0)
+    return StepCoefficients(0.0, ca, 0.0, 0.0, 0.0, 1.0, ca, 0.0)
