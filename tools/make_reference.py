@@ -92,6 +92,7 @@ ARRAYS = {
                       'equals it, up to discretisation'),
     'newton_iterations': ('n', '1', 'running count, summed over bristles'),
     'substeps': ('n', '1', 'running count, summed over bristles'),
+    'base_pose': ('n, 3', 'm, m, rad', "x, y and heading of the sweeper's base on the road"),
     'wall_time': ('', 's', 'stepping alone'),
     'compile_time': ('', 's', 'all that was compiled or loaded before'),
 }

@@ -134,7 +134,7 @@ def check_surface(gutter: Gutter, profile: Profile) -> None:
     if gutter.enabled:
         _check_gutter(gutter)
     if profile.kind != 'none':
-        from .profile import check_profile  # with numpy, which most scenes need not
+        from .road_profile import check_profile  # with numpy, which most scenes need not
         check_profile(profile)
 
 

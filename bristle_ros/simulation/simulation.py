@@ -9,11 +9,11 @@ from typing import Any, SupportsFloat, SupportsIndex, TypeAlias
 from bristle_ros.physics.contact import GAP, gap_at
 from bristle_ros.physics.motion import (APPROACHING, FORWARD, HEIGHT,
                                         kerb_offset as compiled_kerb_offset, LEFT, MOVED,
-                                        PENETRATION, RAMP, ramp_at as compiled_ramp_at, renew_rates, ROTATION, SPEED,
-                                        split_load_step, YAW)
-from bristle_ros.physics.step import (FAILURES, initialise, Model, NEWTON, NO_CONVERGENCE,
-                                      NOT_FINITE, output, own_frame, SINGULAR_MATRIX, SUBSTEPS,
-                                      UNFINISHED)
+                                        PENETRATION, RAMP, ramp_at as compiled_ramp_at,
+                                        renew_rates, ROTATION, SPEED, split_load_step, YAW)
+from bristle_ros.physics.step import (CLAMP_INSIDE, FAILURES, initialise, Model, NEWTON,
+                                      NO_CONVERGENCE, NOT_FINITE, output, own_frame,
+                                      SINGULAR_MATRIX, SUBSTEPS, UNFINISHED)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
 from bristle_ros.scene import depth_refusal, Scene, spell, to_parameters
 import numpy as np
@@ -34,6 +34,8 @@ REASONS = {
     NOT_FINITE: 'forces or positions overflowed: look at the sizes of bristle.* and drive.*',
     UNFINISHED: 'the step was not done after as many sub-steps as there may be: a smaller '
                 'solver.integration_time_step may do',
+    CLAMP_INSIDE: 'a clamp has come to the surface of the road: keep the brush higher, or further '
+                  'from the kerb',
 }
 LOADS = "the brush's motion is not finite there: that is no fault of the scene, please report it"
 
@@ -293,8 +295,8 @@ class Simulation:
         heading = ramp_at(motion, YAW, now)[2]
         c, s = math.cos(heading), math.sin(heading)
         x, y = self.scene.sweeper.mount_position
-        return (motion[MOVED] - (c * x - s * y),
-                motion[MOVED + 1] - (s * x + c * y) + kerb_offset(now, drive)[0], heading)
+        return (float(motion[MOVED]) - (c * x - s * y),
+                float(motion[MOVED + 1]) - (s * x + c * y) + kerb_offset(now, drive)[0], heading)
 
     def _limits(self, topic: str, given: Values) -> tuple[float, ...]:
         scene = self.scene
@@ -347,7 +349,8 @@ class Simulation:
             step, step * self.its, totals[output.ANGLE], totals[output.SPEED], *part,
             totals[0:3], totals[3:6], totals[6:9], totals[9:12], *energies,
             int(counts[NEWTON]), int(counts[SUBSTEPS]),
-            float(rows[:, output.ERROR].max()) / self.scene.bristle.length))
+            float(rows[:, output.ERROR].max()) / self.scene.bristle.length,
+            np.array(self.base_pose())))
 
     def centreline_own(self) -> NDArray[np.float64]:
         """Return the nodes from clamp to tip in each bristle's own axes [m]: (B, nodes, 3)."""

@@ -42,10 +42,11 @@ class Snapshot(NamedTuple):
     newton_iterations: int              # running counts, summed over bristles
     substeps: int
     error_estimate: float               # local error of the last step, per length of the bristle
+    base_pose: NDArray[np.float64]          # (3,) [m, m, rad] of the sweeper's base on the road
 
 
 NPZ_ARRAYS = (
     't', 'theta', 'omega', 'tip_position', 'tip_position_road', 'tip_orientation', 'contact_force',
     'contact_impulse', 'mount_force', 'mount_moment', 'mount_damping_force', 'brush_force',
     'brush_torque', 'energy_kinetic', 'energy_elastic', 'energy_dissipated', 'work_external',
-    'newton_iterations', 'substeps')
+    'newton_iterations', 'substeps', 'base_pose')

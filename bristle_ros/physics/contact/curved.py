@@ -19,7 +19,7 @@ The correction along d is of second order, (curvature |d|) ^ 2.
 from math import sqrt
 
 from bristle_ros.physics.compiler import jit
-from bristle_ros.physics.motion import HEIGHT, HEIGHT_RATE, PLACE, ROTATION, SPIN, VELOCITY
+from bristle_ros.physics.motion import CLAMP, HEIGHT, HEIGHT_RATE, PLACE, ROTATION, SPIN, VELOCITY
 from bristle_ros.physics.wire import CORNER, LANES, MASS, tip_lane, V0, X0
 
 from .bracket import solve_contact
@@ -48,6 +48,15 @@ def place_of(frame, x1, x2, x3):
     """Return where a point of the brush (its axes) is, in the surface's axes."""
     p1, p2, p3 = rotate(frame, ROTATION, x1, x2, x3)
     return p1 + frame[PLACE], p2 + frame[PLACE + 1], p3 + frame[HEIGHT]
+
+
+@jit
+def is_clear(surface, frame, scratch):
+    """Return whether a clamp is above the surface; on the nominal plane the scene sees to it."""
+    if surface is None:
+        return True
+    p1, p2, p3 = place_of(frame, frame[CLAMP], frame[CLAMP + 1], frame[CLAMP + 2])
+    return gap_at(surface, p1, p2, p3, scratch[8])[0] > 0.0
 
 
 @jit

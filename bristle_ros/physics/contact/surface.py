@@ -38,31 +38,35 @@ class Gutter(NamedTuple):
     decay: float
 
 
-class Sine(NamedTuple):
-    """A sine along x."""
+SINE = 0
+WAVES = 1
+SPLINE = 2
 
-    amplitude: float        # [m]
+
+class Profile(NamedTuple):
+    """The profile along x; what its kind does not use is empty."""
+
+    kind: int               # SINE, WAVES or SPLINE
+    amplitude: float        # of the sine [m]
     wave_number: float      # [1/m]
     phase: float            # [rad]
+    waves: np.ndarray       # (3 n,) amplitudes [m], wave numbers [1/m], phases [turns]
+    spline: np.ndarray      # (3, n) x, z [m] and second derivative [1/m]
 
 
 class Surface(NamedTuple):
     """What the road's surface is made of; each part is None where the scene has none."""
 
     gutter: Gutter | None
-    sine: Sine | None
-    waves: np.ndarray | None    # (3 n,) amplitudes [m], wave numbers [1/m], phases [turns]
-    spline: np.ndarray | None   # (3, n) x, z [m] and second derivative [1/m]
+    profile: Profile | None
 
 
 @jit
-def _sine(sine, x):
+def _sine(profile, x):
     """Return height and slope of a sine."""
-    if sine is None:
-        return 0.0, 0.0
-    by_x = 2.0 * pi * sine.wave_number
-    angle = by_x * x + sine.phase
-    return sine.amplitude * sin(angle), by_x * sine.amplitude * cos(angle)
+    by_x = 2.0 * pi * profile.wave_number
+    angle = by_x * x + profile.phase
+    return profile.amplitude * sin(angle), by_x * profile.amplitude * cos(angle)
 
 
 @jit
@@ -74,8 +78,6 @@ def _waves(waves, x, sums):
     The angle is u turns; with u = k / 2 + r, |r| <= 1/4, cos(2 pi u) = (-1)^k cos(2 pi r). Taylor
     series to 1e-17 on |2 pi r| <= pi / 2.
     """
-    if waves is None:
-        return 0.0, 0.0
     height = load8(waves, 0) * 0.0
     slope = height
     count = waves.size // 3
@@ -113,8 +115,6 @@ def _waves(waves, x, sums):
 @jit
 def _spline(spline, x):
     """Return height and slope of a natural cubic spline whose end heights are held."""
-    if spline is None:
-        return 0.0, 0.0
     count = spline.shape[1]
     if x <= spline[0, 0]:
         return spline[1, 0], 0.0
@@ -138,12 +138,15 @@ def _spline(spline, x):
 
 
 @jit
-def profile_height(surface, x, sums):
+def profile_height(profile, x, sums):
     """Return height [m] and slope of the profile at x [m]; sums : (16,) scratch."""
-    one, one_slope = _sine(surface.sine, x)
-    two, two_slope = _waves(surface.waves, x, sums)
-    three, three_slope = _spline(surface.spline, x)
-    return one + two + three, one_slope + two_slope + three_slope
+    if profile is None:
+        return 0.0, 0.0
+    if profile.kind == WAVES:
+        return _waves(profile.waves, x, sums)
+    if profile.kind == SPLINE:
+        return _spline(profile.spline, x)
+    return _sine(profile, x)
 
 
 @jit
@@ -191,7 +194,7 @@ def gap_at(surface, x, y, z, sums):
     sums : (16,)    scratch. The normal is that of the surface through the point on which the gap
     would be constant; at a gap of zero the gap's gradient.
     """
-    height, slope = profile_height(surface, x, sums)
+    height, slope = profile_height(surface.profile, x, sums)
     distance, n2, n3, piece = _section_gap(surface.gutter, y, z - height)
     n1 = -slope * n3
     scale = 1.0 / sqrt(1.0 + n1 * n1)

@@ -2,8 +2,8 @@
 # flake8: noqa: F401  what other rooms may use
 from .energy import AUDIT
 from .equilibrium import settle
-from .newton import (COUNTS, FACTORISATIONS, FAILURES, move_nodes, NEWTON, NO_CONVERGENCE,
-                     NOT_FINITE, SINGULAR_MATRIX, SUBSTEPS, UNFINISHED)
+from .newton import (CLAMP_INSIDE, COUNTS, FACTORISATIONS, FAILURES, move_nodes, NEWTON,
+                     NO_CONVERGENCE, NOT_FINITE, SINGULAR_MATRIX, SUBSTEPS, UNFINISHED)
 from .records import Bristle, bristle_of, Model, Scratch, State
 from .scheme import generalized_alpha, hht, newmark, Scheme
 from .start import initialise

@@ -36,6 +36,7 @@ NOT_FINITE = 3
 TOO_INACCURATE = 4      # the local error is above what it may be: never the last word, since the
 #                         finest sub-steps are taken whatever theirs
 UNFINISHED = 5          # attempts ran out
+CLAMP_INSIDE = 6        # a clamp is at the surface of the road
 
 # running counts
 NEWTON = 0

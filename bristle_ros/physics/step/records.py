@@ -61,24 +61,6 @@ def bristle_of(model, state, number):
                    state.chain[number], state.tip[number], state.counts[number])
 
 
-class Bristle(NamedTuple):
-    """One bristle's part of State, and its azimuth."""
-
-    azimuth: np.ndarray         # (4,)
-    nodes: np.ndarray           # (blocks, BLOCK)
-    mids: np.ndarray            # (blocks, MIDS)
-    chain: np.ndarray           # (elements, RECORD)
-    tip: np.ndarray             # (TIP,)
-    counts: np.ndarray          # (COUNTS,)
-
-
-@inlined
-def bristle_of(model, state, number):
-    """Return the Bristle of that number."""
-    return Bristle(model.azimuth[number], state.nodes[number], state.mids[number],
-                   state.chain[number], state.tip[number], state.counts[number])
-
-
 class Scratch(NamedTuple):
     """Room that a step works in; nothing in it outlives the call."""
 

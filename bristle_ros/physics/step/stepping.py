@@ -6,13 +6,13 @@ step; when that fails too, `advance` stops with a status and the state at the st
 integration step. All decisions depend on the state alone, so a run repeats bit for bit.
 """
 from bristle_ros.physics.compiler import inlined, jit, take
-from bristle_ros.physics.contact import ESTIMATE, LEVEL, MATRIX_STEP
+from bristle_ros.physics.contact import ESTIMATE, is_clear, LEVEL, MATRIX_STEP
 from bristle_ros.physics.motion import (CLAMP, drive_clamp, follow_path, frame_at, is_polygon,
                                         keep_place, turn_frame, VELOCITY, way_within)
 from bristle_ros.physics.wire import (HA, JUMP, keep_strains, LANES, LR, OK, SECTION_FORCE,
                                       STRAIN0, X, X0)
 
-from .newton import NEWTON, SUBSTEPS, try_step, UNFINISHED
+from .newton import CLAMP_INSIDE, NEWTON, SUBSTEPS, try_step, UNFINISHED
 from .records import bristle_of
 
 EASY = 5                # iterations up to which a sub-step may become longer again
@@ -87,6 +87,15 @@ def place_frames(model, state, azimuth, step, position, size, scratch):
                        position + 0.5 * i * size, scratch, scratch.frames[i])
 
 
+@jit
+def clamp_is_clear(surface, azimuth, scratch, step):
+    """Return whether the clamp is above the surface where the step starts."""
+    if surface is None:
+        return True
+    turn_frame(scratch.table[2 * step], azimuth[0], azimuth[1], scratch.frame)
+    return is_clear(surface, scratch.frame, scratch.contact)
+
+
 @inlined
 def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
     """
@@ -95,6 +104,8 @@ def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
     step : int      counted from the start of this call
     Returns OK, or the last failure's status with the state as it was at the step's start.
     """
+    if law is not None and not clamp_is_clear(law.surface, bristle.azimuth, scratch, step):
+        return CLAMP_INSIDE
     nodes, tip, counts = bristle.nodes, bristle.tip, bristle.counts
     if viscosity is not None and is_polygon(model):
         keep_strains(nodes)

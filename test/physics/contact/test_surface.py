@@ -82,7 +82,7 @@ def test_rough_profile_is_its_cosines():
     phi = np.random.Generator(np.random.PCG64(7)).uniform(0.0, 2.0 * np.pi, 400)
     rough = surface(profile=profile)
     for x in (-3.3, 0.0, 0.123456, 17.0):
-        height, slope = profile_height(rough, x, SUMS)
+        height, slope = profile_height(rough.profile, x, SUMS)
         angle = 2.0 * np.pi * n * x + phi
         assert height == pytest.approx((a * np.cos(angle)).sum(), abs=1e-14)
         assert slope == pytest.approx((-2.0 * np.pi * n * a * np.sin(angle)).sum(), abs=1e-12)
@@ -92,7 +92,7 @@ def test_rough_profile_has_the_spectrum_of_its_class():
     """Variance from band to band of the standard: that of Gd, by the mean over a long way."""
     rough = surface(profile=Profile(kind='iso8608', roughness_class='B', shortest=0.05, bands=64))
     x = np.arange(0.0, 400.0, 0.01)
-    z = np.array([profile_height(rough, at, SUMS)[0] for at in x])
+    z = np.array([profile_height(rough.profile, at, SUMS)[0] for at in x])
     variance = 64e-6 * 0.1 ** 2 * (1.0 - 0.05)      # integral of Gd from 1/m to 20/m
     assert z.var() == pytest.approx(variance, rel=0.02)
 
@@ -105,7 +105,7 @@ def test_spline_goes_through_its_points_smoothly_and_ends_level(tmp_path):
     curve = surface(profile=Profile(kind='file', file=str(file)))
 
     def at(place):
-        return profile_height(curve, place, SUMS)
+        return profile_height(curve.profile, place, SUMS)
     for place, height in zip(x, z):
         assert at(place)[0] == pytest.approx(height, abs=1e-15)
     assert at(-1.0) == (0.0, 0.0)
@@ -128,7 +128,7 @@ def test_gap_vanishes_on_the_surface_and_its_gradient_is_the_normal(gutter, prof
         x, y = rng.uniform(-1.0, 1.0), rng.uniform(-0.1, 0.35)
         if gutter and abs(y - gutter.kerb_distance) < 0.002:
             continue
-        z = profile_height(both, x, SUMS)[0]
+        z = profile_height(both.profile, x, SUMS)[0]
         if gutter:
             z += float(height_above(gutter, np.array(y)))
         gap, *normal, _ = gap_at(both, x, y, z, SUMS)
