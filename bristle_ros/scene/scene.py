@@ -339,6 +339,8 @@ def _build(given: Given, source: str) -> Scene:
             checked = _KEYS[name].check(value)
         except SceneError as error:
             raise error.at(place) from None
+        if name in _FILES and isinstance(checked, str) and checked:
+            checked = os.path.abspath(checked)
         section, _, leaf = name.rpartition('.')
         parts[section][leaf] = checked
     try:

@@ -74,7 +74,7 @@ class Scratch(NamedTuple):
     known: NDArray[np.int64]        # (BATCH PARTS + 1,) int64: 1 where they are
     saved: NDArray[np.float64]      # (blocks, BLOCK)
     saved_tip: NDArray[np.float64]  # (TIP,)
-    saved_audit: NDArray[np.float64]# (AUDIT,)
+    saved_audit: NDArray[np.float64]  # (AUDIT,)
     table: NDArray[np.float64]      # (2 BATCH + 1, FRAME) at azimuth 0, at the ends and middles of
     #                               a call's steps: whoever shares a queue shares it
     failed: NDArray[np.int64]       # (3,) int64: step of a failure; step and bristle of the first
