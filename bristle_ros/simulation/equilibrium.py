@@ -3,8 +3,7 @@ from typing import NamedTuple
 
 from bristle_ros.physics.contact import FORCE, SLIP, STATE
 from bristle_ros.physics.motion import APPROACHING, PENETRATION, SPIN_RATE
-from bristle_ros.physics.step import (bristle_of, Model, output, own_frame, Scratch, settle,
-                                      State)
+from bristle_ros.physics.step import Model, output, own_frame, Scratch, settle, State
 from bristle_ros.physics.wire import LANES, OK, ROWS, X, X0
 from bristle_ros.scene import Scene, SceneError
 import numpy as np
@@ -39,7 +38,7 @@ def settle_state(scene: Scene, model: Model, state: State, scratch: Scratch) -> 
     for bristle, azimuth in enumerate(model.azimuth):
         own_frame(model, state.motion, azimuth, 0.0, scratch, frame)
         frame[SPIN_RATE:SPIN_RATE + 3] = 0.0
-        status = settle(model, law, bristle_of(model, state, bristle), frame, np.zeros(6), scratch)
+        status = settle(model, law, state, bristle, frame, np.zeros(6), scratch)
         if status != OK:
             raise SceneError(
                 f'bristle {bristle} has no static equilibrium that could be found: try a smaller '

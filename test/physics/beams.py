@@ -1,7 +1,6 @@
 """Beams made node by node, and what the kernels say about them, in plain arrays."""
 from bristle_ros.physics.motion.frame import CLAMP, FRAME
 from bristle_ros.physics.step.equilibrium import settle
-from bristle_ros.physics.step.records import bristle_of
 from bristle_ros.physics.wire import layout
 from bristle_ros.physics.wire.beam import internal_forces, stiffness
 from bristle_ros.scene.scene import Scene
@@ -140,8 +139,8 @@ class Cantilever:
         frame[9:12] = spin
         frame[CLAMP:CLAMP + 7] = self.model.clamp
         self.frame = frame
-        status = settle(self.model, None, bristle_of(self.model, self.state, 0), frame,
-                        np.asarray(load, float), self.scratch)
+        status = settle(self.model, None, self.state, 0, frame, np.asarray(load, float),
+                        self.scratch)
         assert status == 0
         block, lane = layout.tip_lane(self.model.elements)
         return self.rows[block, layout.X:layout.X + 3, lane], (

@@ -7,6 +7,7 @@ from bristle_ros.physics.wire import (CORNER, eliminate, factorise, HA, HV, inte
                                       tip_lane, X, X0)
 
 from .newton import move_nodes, NO_CONVERGENCE
+from .records import bristle_of
 
 PSEUDO_STEPS = 400
 ITERATIONS = 25
@@ -52,9 +53,9 @@ def _contact(bristle, elements, law, frame):
 
 
 @jit
-def settle(model, law, bristle, frame, load, scratch):
+def settle(model, law, state, number, frame, load, scratch):
     """
-    Move one bristle to its static equilibrium from where it is; return OK or NO_CONVERGENCE.
+    Move a bristle to its static equilibrium from where it is; return OK or NO_CONVERGENCE.
 
     frame : (FRAME,)    frame record; its spin acts, its spin rate should be zero
     load [N, N m] : (6,)    extra force (brush axes) and moment (section axes) at the tip
@@ -63,6 +64,7 @@ def settle(model, law, bristle, frame, load, scratch):
     above the tip rises to its height (in `frame`) meanwhile.
     The tip's FORCE (normal component) and GAP are filled.
     """
+    bristle = bristle_of(model, state, number)
     s, mids, chain, tip = bristle.nodes, bristle.mids, bristle.chain, bristle.tip
     elements, blocks = model.elements, model.blocks
     tip_block, lane = tip_lane(elements)

@@ -56,7 +56,7 @@ class Bristle(NamedTuple):
 
 @inlined
 def bristle_of(model, state, number):
-    """Return the Bristle of that number."""
+    """Return the Bristle of that number; for kernels, whose views Python would not see as such."""
     return Bristle(model.azimuth[number], state.nodes[number], state.mids[number],
                    state.chain[number], state.tip[number], state.counts[number])
 
