@@ -12,7 +12,7 @@ if TYPE_CHECKING:
                         gutter_friction as gutter_friction, keys as keys, load as load,
                         LONGEST as LONGEST, Scene as Scene, steps as steps,
                         tip_depth as tip_depth, to_parameters as to_parameters,
-                        to_yaml as to_yaml)
+                        to_yaml as to_yaml, with_contents as with_contents)
     from .sections import (Bristle as Bristle, Brush as Brush, Contact as Contact,
                            Damping as Damping, Drive as Drive, Friction as Friction, Road as Road,
                            Run as Run, Solver as Solver, Sweeper as Sweeper)
@@ -25,7 +25,7 @@ __getattr__, __dir__ = lazily(__name__, {
     'road_profile': ['Spline', 'spline', 'waves'],
     'scene': ['depth_refusal', 'describe_keys', 'from_arguments', 'from_parameters',
               'gutter_friction', 'keys', 'load', 'LONGEST', 'Scene', 'steps', 'tip_depth',
-              'to_parameters', 'to_yaml'],
+              'to_parameters', 'to_yaml', 'with_contents'],
     'sections': ['Bristle', 'Brush', 'Contact', 'Damping', 'Drive', 'Friction', 'Road', 'Run',
                  'Solver', 'Sweeper'],
     'surface': ['cross_section', 'Gutter', 'Piece', 'Profile'],

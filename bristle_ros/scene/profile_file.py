@@ -1,4 +1,9 @@
-"""Reads a profile of the road: CSV `x,z` [m], header optional, x increasing."""
+"""
+Reads a profile of the road: CSV `x,z` [m], header optional, x increasing.
+
+A text `data:x,z;x,z` holds the points itself: that is how a log carries them.
+"""
+from collections.abc import Iterable
 import csv
 import math
 
@@ -7,6 +12,7 @@ import numpy as np
 from .error import SceneError
 
 MOST_POINTS = 200_000
+INLINE = 'data:'
 
 
 def read_profile(path: str) -> tuple[np.ndarray, np.ndarray]:
@@ -14,17 +20,12 @@ def read_profile(path: str) -> tuple[np.ndarray, np.ndarray]:
     if not path:
         raise SceneError('a profile of kind file needs one: give a CSV file x,z',
                          key='profile.file', value=path)
-    points: list[tuple[float, float]] = []
     try:
-        with open(path, newline='', encoding='utf-8') as file:
-            for number, row in enumerate(csv.reader(file), 1):
-                point = _point(row)
-                if point is None:
-                    if number == 1 or not any(cell.strip() for cell in row):
-                        continue    # a header, an empty line
-                    raise _refused(path, f'line {number}: must be two numbers x,z')
-                _check(point, points, path, number)
-                points.append(point)
+        if path.startswith(INLINE):
+            points = _points(csv.reader(path.removeprefix(INLINE).split(';')), INLINE)
+        else:
+            with open(path, newline='', encoding='utf-8') as file:
+                points = _points(csv.reader(file), path)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, 'strerror', None) or 'not a CSV file'
         raise _refused(path, f'cannot be read ({reason}): give a CSV file x,z') from None
@@ -33,6 +34,25 @@ def read_profile(path: str) -> tuple[np.ndarray, np.ndarray]:
                              'a profile needs at least two')
     x, z = np.array(points).T
     return np.ascontiguousarray(x), np.ascontiguousarray(z)
+
+
+def inline(path: str) -> str:
+    """Return the text that holds the points of a file itself."""
+    x, z = read_profile(path)
+    return INLINE + ';'.join(f'{a!r},{b!r}' for a, b in zip(x.tolist(), z.tolist()))
+
+
+def _points(rows: Iterable[list[str]], path: str) -> list[tuple[float, float]]:
+    points: list[tuple[float, float]] = []
+    for number, row in enumerate(rows, 1):
+        point = _point(row)
+        if point is None:
+            if number == 1 or not any(cell.strip() for cell in row):
+                continue    # a header, an empty line
+            raise _refused(path, f'line {number}: must be two numbers x,z')
+        _check(point, points, path, number)
+        points.append(point)
+    return points
 
 
 def _point(row: list[str]) -> tuple[float, float] | None:

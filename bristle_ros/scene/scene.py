@@ -6,7 +6,7 @@ that exists can be used: every check raises SceneError, one line with file, key,
 would do.
 """
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 import difflib
 import math
 from numbers import Real
@@ -24,7 +24,8 @@ from .surface import check_surface, Gutter, Profile
 __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Friction', 'Damping',
            'Drive', 'Gutter', 'Profile', 'Sweeper', 'Solver', 'Run', 'Log', 'load',
            'from_parameters', 'from_arguments', 'keys', 'depth_refusal', 'describe_keys',
-           'gutter_friction', 'steps', 'tip_depth', 'to_yaml', 'to_parameters']
+           'gutter_friction', 'steps', 'tip_depth', 'to_yaml', 'to_parameters',
+           'with_contents']
 
 # Parameters that every ROS 2 node has beside its own.
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
@@ -306,9 +307,23 @@ def _read(path: str | os.PathLike[str], node: str | None, notes: list[str] | Non
 
 def _beside(path: str | os.PathLike[str], entry: Entry) -> object:
     """Return an entry's value; the name of a file is relative to the scene file."""
-    if entry.key in _FILES and isinstance(entry.value, str) and entry.value:
-        return os.path.join(os.path.dirname(os.path.abspath(path)), entry.value)
+    if entry.key in _FILES and isinstance(entry.value, str):
+        return _absolute(entry.value, os.path.dirname(os.path.abspath(path)))
     return entry.value
+
+
+def _absolute(file: str, folder: str) -> str:
+    if not file or file.startswith('data:'):
+        return file
+    return os.path.normpath(os.path.join(folder, file))
+
+
+def with_contents(scene: Scene) -> Scene:
+    """Return the scene with the points of its profile's file in place of the file."""
+    if scene.profile.kind != 'file':
+        return scene
+    from .profile_file import inline  # with numpy, which most scenes need not
+    return replace(scene, profile=replace(scene.profile, file=inline(scene.profile.file)))
 
 
 def _is_ours(section: str, node: str | None) -> bool:
@@ -339,8 +354,8 @@ def _build(given: Given, source: str) -> Scene:
             checked = _KEYS[name].check(value)
         except SceneError as error:
             raise error.at(place) from None
-        if name in _FILES and isinstance(checked, str) and checked:
-            checked = os.path.abspath(checked)
+        if name in _FILES and isinstance(checked, str):
+            checked = _absolute(checked, os.getcwd())
         section, _, leaf = name.rpartition('.')
         parts[section][leaf] = checked
     try:

@@ -58,7 +58,8 @@ class Profile(SceneSection):
     longest: float = number(1.0, 'm', 1e-3, 1e4, 'iso8608: longest wavelength')
     bands: int = count(400, 1, 10000, 'iso8608: cosines, log-spaced')
     seed: int = count(1, 0, 2**31 - 1, 'iso8608: of the phases')
-    file: str = text('', 'file: CSV x,z [m], x increasing; relative to the scene file')
+    file: str = text(
+        '', 'file: CSV x,z [m], x increasing, relative to the scene file; or data:x,z;x,z itself')
 
 
 class Piece(NamedTuple):

@@ -1,7 +1,10 @@
 """Keys of the road's surface: what cannot be is refused, on one line."""
 import math
 
+from bristle_ros.log.head import head_of
+from bristle_ros.log.recording import scene_of
 from bristle_ros.scene.error import SceneError
+from bristle_ros.scene.profile_file import read_profile
 from bristle_ros.scene.scene import from_parameters, load
 from bristle_ros.scene.surface import cross_section, Gutter
 import pytest
@@ -72,6 +75,19 @@ def test_profile_file_is_relative_to_the_scene_file(tmp_path, monkeypatch):
         '/**:\n  ros__parameters:\n    profile: {kind: file, file: road.csv}\n')
     monkeypatch.chdir('/')
     assert load(tmp_path / 'scene.yaml').profile.file == str(tmp_path / 'road.csv')
+
+
+def test_log_carries_the_points_of_a_profile(tmp_path):
+    """To the last bit, after the file itself is gone."""
+    file = tmp_path / 'road.csv'
+    file.write_text('x,z\n0,0\n0.1,0.0012345678901234567\n1e1,-3e-3\n')
+    scene = from_parameters(FILE | {'profile.file': str(file)}, 'here')
+    yaml = head_of(scene, 0, str).yaml
+    points = read_profile(str(file))
+    file.unlink()
+    again = scene_of(yaml, 'log')
+    assert all((a == b).all() for a, b in zip(points, read_profile(again.profile.file)))
+    assert scene_of(head_of(again, 0, str).yaml, 'log') == again
 
 
 @pytest.mark.parametrize('height', [0.125, -0.08])
