@@ -100,6 +100,7 @@ ARRAYS = {
     'clamp_stress_min': ('n, B, 4', 'Pa', 'its least over all steps and sub-steps since the '
                          'sample before'),
     'clamp_stress_max': ('n, B, 4', 'Pa', 'its largest'),
+    'base_pose': ('n, 3', 'm, m, rad', "x, y and heading of the sweeper's base on the road"),
     'wall_time': ('', 's', 'stepping alone'),
     'compile_time': ('', 's', 'all that was compiled or loaded before'),
 }

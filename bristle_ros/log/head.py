@@ -2,7 +2,7 @@
 from typing import NamedTuple
 
 from bristle_ros.messages import encode as messages, encode_scene, SCENE
-from bristle_ros.scene import to_yaml
+from bristle_ros.scene import to_yaml, with_contents
 
 from .machine import provenance
 
@@ -18,7 +18,7 @@ class Head(NamedTuple):
 
 def head_of(scene, origin, resolve):
     """Return the Head of a run; origin [ns], resolve: contract name -> full topic name."""
-    yaml, machine = to_yaml(scene), provenance()
+    yaml, machine = to_yaml(with_contents(scene)), provenance()
     run = {'integration_time_step': repr(scene.solver.integration_time_step),
            'time_origin_ns': str(origin)}
     names = [*(topic.name for topic in messages.TOPICS), *messages.command_types(True),

@@ -6,20 +6,27 @@ from bristle_ros.lazy import lazily
 if TYPE_CHECKING:
     from .error import SceneError as SceneError, spell as spell
     from .parameter_file import read_file as read_file
+    from .road_profile import Spline as Spline, spline as spline, waves as waves
     from .scene import (depth_refusal as depth_refusal, describe_keys as describe_keys,
                         from_arguments as from_arguments, from_parameters as from_parameters,
-                        keys as keys, load as load, LONGEST as LONGEST, Scene as Scene,
-                        steps as steps, tip_depth as tip_depth, to_parameters as to_parameters,
-                        to_yaml as to_yaml)
+                        gutter_friction as gutter_friction, keys as keys, load as load,
+                        LONGEST as LONGEST, Scene as Scene, steps as steps,
+                        tip_depth as tip_depth, to_parameters as to_parameters,
+                        to_yaml as to_yaml, with_contents as with_contents)
     from .sections import (Bristle as Bristle, Brush as Brush, Contact as Contact,
                            Damping as Damping, Drive as Drive, Friction as Friction, Road as Road,
                            Run as Run, Solver as Solver, Sweeper as Sweeper)
+    from .surface import (cross_section as cross_section, Gutter as Gutter, Piece as Piece,
+                          Profile as Profile)
 
 __getattr__, __dir__ = lazily(__name__, {
     'error': ['SceneError', 'spell'],
     'parameter_file': ['read_file'],
-    'scene': ['depth_refusal', 'describe_keys', 'from_arguments', 'from_parameters', 'keys',
-              'load', 'LONGEST', 'Scene', 'steps', 'tip_depth', 'to_parameters', 'to_yaml'],
+    'road_profile': ['Spline', 'spline', 'waves'],
+    'scene': ['depth_refusal', 'describe_keys', 'from_arguments', 'from_parameters',
+              'gutter_friction', 'keys', 'load', 'LONGEST', 'Scene', 'steps', 'tip_depth',
+              'to_parameters', 'to_yaml', 'with_contents'],
     'sections': ['Bristle', 'Brush', 'Contact', 'Damping', 'Drive', 'Friction', 'Road', 'Run',
                  'Solver', 'Sweeper'],
+    'surface': ['cross_section', 'Gutter', 'Piece', 'Profile'],
 })

@@ -6,7 +6,7 @@ that exists can be used: every check raises SceneError, one line with file, key,
 would do.
 """
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 import difflib
 import math
 from numbers import Real
@@ -16,18 +16,21 @@ from typing import Any, get_type_hints, TypeAlias
 from .error import SceneError, spell
 from .key import Key, key_of, number
 from .names import full_name, matches, ros_arguments, split_override
-from .parameter_file import read_file, read_text
+from .parameter_file import Entry, read_file, read_text
 from .sections import (Bristle, Brush, Contact, Damping, Drive, Friction, Log, Road, Run,
                        SceneSection, Solver, Sweeper)
+from .surface import check_surface, Gutter, Profile
 
 __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Friction', 'Damping',
-           'Drive', 'Sweeper', 'Solver', 'Run', 'Log', 'load', 'from_parameters', 'from_arguments',
-           'keys', 'depth_refusal', 'describe_keys', 'steps', 'tip_depth', 'to_yaml',
-           'to_parameters']
+           'Drive', 'Gutter', 'Profile', 'Sweeper', 'Solver', 'Run', 'Log', 'load',
+           'from_parameters', 'from_arguments', 'keys', 'depth_refusal', 'describe_keys',
+           'gutter_friction', 'steps', 'tip_depth', 'to_yaml', 'to_parameters',
+           'with_contents']
 
 # Parameters that every ROS 2 node has beside its own.
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
 _NODE = 'brush_node'
+_FILES = ('profile.file',)      # keys that name a file
 Parameter: TypeAlias = float | bool | str | list[float]
 Given: TypeAlias = dict[str, tuple[object, str]]    # dotted key to value, and what gave it
 LONGEST = 2.0**31 - 1.0     # [s] of simulated time: what a stamp of ROS holds
@@ -40,6 +43,8 @@ class Scene:
     bristle: Bristle = field(default_factory=Bristle)
     brush: Brush = field(default_factory=Brush)
     road: Road = field(default_factory=Road)
+    gutter: Gutter = field(default_factory=Gutter)
+    profile: Profile = field(default_factory=Profile)
     contact: Contact = field(default_factory=Contact)
     friction: Friction = field(default_factory=Friction)
     damping: Damping = field(default_factory=Damping)
@@ -69,6 +74,9 @@ def _check_combinations(scene: Scene) -> None:
     too_deep = depth_refusal(scene, scene.road.penetration)
     if too_deep:
         raise SceneError(too_deep, key='road.penetration', value=scene.road.penetration)
+    if contact.enabled:
+        check_surface(scene.gutter, scene.profile)
+        _check_gutter_friction(scene)
     if abs(drive.mean_speed) > drive.max_speed:
         raise SceneError(
             f'beyond drive.max_speed = {spell(drive.max_speed)} rad/s: lower it or raise that',
@@ -93,6 +101,23 @@ def _check_combinations(scene: Scene) -> None:
         steps(scene, scene.solver.time_step, 'solver.time_step')
     steps(scene, scene.run.chunk, 'run.chunk')
     steps(scene, scene.run.sample, 'run.sample')
+
+
+def _check_gutter_friction(scene: Scene) -> None:
+    static, kinetic, _ = gutter_friction(scene)
+    if scene.gutter.enabled and kinetic > static:
+        raise SceneError(
+            f'kinetic friction above the static one of the gutter, {spell(static)}: lower it to '
+            'that or raise gutter.friction_static', key='gutter.friction_kinetic',
+            value=scene.gutter.friction_kinetic)
+
+
+def gutter_friction(scene: Scene) -> tuple[float, float, float]:
+    """Return mu_s, mu_k and c_v [s/m] of channel and kerb: their own, or the road's."""
+    road, own = scene.friction, scene.gutter
+    return (road.static if own.friction_static < 0.0 else own.friction_static,
+            road.kinetic if own.friction_kinetic < 0.0 else own.friction_kinetic,
+            road.decay if own.friction_decay < 0.0 else own.friction_decay)
 
 
 def tip_depth(scene: Scene) -> float:
@@ -268,7 +293,7 @@ def _read(path: str | os.PathLike[str], node: str | None, notes: list[str] | Non
         problem = f'cannot be read ({reason}): give a scene file'
         raise SceneError(problem, source=str(path)) from None
     entries = read_file(content, str(path))
-    given: Given = {entry.key: (entry.value, f'{path}:{entry.line}')
+    given: Given = {entry.key: (_beside(path, entry), f'{path}:{entry.line}')
                     for entry in entries if _is_ours(entry.section, node)}
     others = list(dict.fromkeys(entry.section for entry in entries))
     if others and not given:
@@ -278,6 +303,27 @@ def _read(path: str | os.PathLike[str], node: str | None, notes: list[str] | Non
         if any(_is_ours(section, None) for section in others):
             notes.append(f'{path}: {problem}')
     return given
+
+
+def _beside(path: str | os.PathLike[str], entry: Entry) -> object:
+    """Return an entry's value; the name of a file is relative to the scene file."""
+    if entry.key in _FILES and isinstance(entry.value, str):
+        return _absolute(entry.value, os.path.dirname(os.path.abspath(path)))
+    return entry.value
+
+
+def _absolute(file: str, folder: str) -> str:
+    if not file or file.startswith('data:'):
+        return file
+    return os.path.normpath(os.path.join(folder, file))
+
+
+def with_contents(scene: Scene) -> Scene:
+    """Return the scene with the points of its profile's file in place of the file."""
+    if scene.profile.kind != 'file':
+        return scene
+    from .profile_file import inline  # with numpy, which most scenes need not
+    return replace(scene, profile=replace(scene.profile, file=inline(scene.profile.file)))
 
 
 def _is_ours(section: str, node: str | None) -> bool:
@@ -308,6 +354,8 @@ def _build(given: Given, source: str) -> Scene:
             checked = _KEYS[name].check(value)
         except SceneError as error:
             raise error.at(place) from None
+        if name in _FILES and isinstance(checked, str):
+            checked = _absolute(checked, os.getcwd())
         section, _, leaf = name.rpartition('.')
         parts[section][leaf] = checked
     try:

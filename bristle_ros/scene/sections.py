@@ -72,6 +72,8 @@ class Road(SceneSection):
         0.02, 's', 0.0, 1e4, 'time in which the penetration grows from zero; 0: there at once')
     max_rate: float = number(
         0.2, 'm/s', 1e-6, 1e3, 'fastest rise or fall of the road on a penetration command')
+    grade: float = number(0.0, 'rad', -0.5, 0.5, 'the road climbs along +x: tilts gravity')
+    cross_slope: float = number(0.0, 'rad', -0.5, 0.5, 'the road climbs along +y: tilts gravity')
 
 
 @dataclass(frozen=True, kw_only=True)

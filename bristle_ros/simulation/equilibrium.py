@@ -28,6 +28,11 @@ def settle_state(scene: Scene, model: Model, state: State, scratch: Scratch) -> 
     Leaves the tips' normal forces in the state.
     """
     law = contact_law(scene)
+    if law and law.surface:
+        raise SceneError(
+            'the static equilibrium is sought on the level plane alone: take straight, and leave '
+            'gutter and profile out of what is to be static', key='solver.start',
+            value=scene.solver.start)
     model = model._replace(displacement=False)
     frame = scratch.frames[0]
     for bristle, azimuth in enumerate(model.azimuth):

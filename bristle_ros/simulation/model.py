@@ -3,7 +3,7 @@ import math
 
 from bristle_ros.physics.contact import ContactLaw, TIP
 from bristle_ros.physics.motion import (APPROACHING, BASICS, CONSTANT, Drive, FORWARD, FRAME, LEFT,
-                                        new_motion, SINE, SPEED, VAP)
+                                        MOVED, new_motion, SINE, SPEED, VAP)
 from bristle_ros.physics.step import (AUDIT, BATCH, corner_factors, COUNTS, generalized_alpha, hht,
                                       Model, newmark, PARTS, Scheme, Scratch, State)
 from bristle_ros.physics.wire import (BLOCK, block_count, chain_work, ELEMENTS, INERTIA, LANES,
@@ -11,6 +11,8 @@ from bristle_ros.physics.wire import (BLOCK, block_count, chain_work, ELEMENTS, 
 from bristle_ros.scene import Scene, SceneError, tip_depth
 import numpy as np
 from numpy.typing import NDArray
+
+from .surface import surface_of
 
 SHEAR_CORRECTION = 5.0 / 6.0    # rectangle
 FILLER = 1e-30      # mass [kg] and inertia [kg m^2] of nodes that only fill the last block
@@ -67,12 +69,24 @@ def contact_law(scene: Scene) -> ContactLaw | None:
         return None
     stiffness = scene.contact.normal_stiffness
     return ContactLaw(0.0 if math.isinf(stiffness) else stiffness, scene.contact.damping,
-                      scene.friction.static, scene.friction.kinetic, scene.friction.decay)
+                      scene.friction.static, scene.friction.kinetic, scene.friction.decay,
+                      surface_of(scene))
 
 
 def viscosity_of(scene: Scene) -> float | None:
     """Return beta_D [s], or None where it is zero."""
     return scene.damping.stiffness or None
+
+
+def gravity_of(scene: Scene) -> tuple[float, float, float]:
+    """
+    Return gravity in road axes [m/s^2]: a climbing road tilts it backwards.
+
+    Pitch by the grade, then roll by the cross slope: up is (sin a, cos a sin b, cos a cos b).
+    """
+    a, b = scene.road.grade, scene.road.cross_slope
+    return (-scene.gravity * math.sin(a), -scene.gravity * math.cos(a) * math.sin(b),
+            -scene.gravity * (math.cos(a) * math.cos(b)))
 
 
 def drive_of(scene: Scene, time_step: float) -> Drive:
@@ -83,7 +97,8 @@ def drive_of(scene: Scene, time_step: float) -> Drive:
     return Drive(
         profile, d.alternating_speed, d.frequency, d.shape, scene.brush.start_angle,
         math.cos(road.attack_angle), math.sin(road.attack_angle), road.tilt_azimuth,
-        scene.gravity, tip_depth(scene), road.penetration, road.approach_time, x, y, time_step)
+        *gravity_of(scene), tip_depth(scene), road.penetration, road.approach_time, x, y,
+        time_step, scene.gutter.approach if scene.gutter.enabled else 0.0)
 
 
 def clamp_of(scene: Scene) -> NDArray[np.float64]:
@@ -127,7 +142,7 @@ def build_model(scene: Scene) -> Model:
 
 def new_scratch(model: Model) -> Scratch:
     """Return the room that kernels work in; threads that share a queue share one's table."""
-    return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
+    return Scratch(chain_work(), np.zeros((9, 16)), np.zeros((3, FRAME)), np.zeros(FRAME),
                    np.zeros((2, FRAME)), np.zeros((2, BASICS)),
                    np.zeros((BATCH * PARTS + 1, FRAME)), np.zeros(BATCH * PARTS + 1, np.int64),
                    np.zeros((model.blocks, BLOCK)),
@@ -172,6 +187,9 @@ def start_motion(scene: Scene) -> NDArray[np.float64]:
     for at, value in zip((FORWARD, LEFT), scene.sweeper.velocity):
         motion[at + 1:at + 3] = value
     motion[APPROACHING] = 1.0
+    motion[MOVED:MOVED + 2] = scene.sweeper.mount_position
+    if scene.gutter.enabled and scene.road.approach_time > 0.0:
+        motion[MOVED + 1] -= scene.gutter.approach
     return motion
 
 

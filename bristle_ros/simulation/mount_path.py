@@ -28,13 +28,14 @@ class MountPath:
     `road` has its origin in the road plane below the sweeper's base at the start, and x forward at
     the start, so brushes of one sweeper share it. Height and heading are those of the simulation;
     the way that the sweeper has gone is summed over chunks by the trapezoidal rule, which leaves
-    less than 0.1 mm in a metre.
+    less than 0.1 mm in a metre. On a surface that is not level it is the state's own.
     """
 
     def __init__(self, scene: Scene) -> None:
         self._its = scene.solver.integration_time_step
         self._attack, self._azimuth = scene.road.attack_angle, scene.road.tilt_azimuth
         self._mount = scene.sweeper.mount_position
+        self._uneven = scene.gutter.enabled or scene.profile.kind != 'none'
         self._start = np.array(scene.sweeper.velocity)
         self._resets = 0
         self._restart()
@@ -59,6 +60,8 @@ class MountPath:
         elapsed = (simulation.step - self._step) * self._its
         self._way = self._way + 0.5 * elapsed * (self._velocity + velocity)
         self._step, self._velocity = simulation.step, velocity
+        if self._uneven:    # its forces depend on the place: that of the state
+            self._way = np.array(simulation.base_pose()[:2])
         x, y = self._mount
         position = np.array((self._way[0] + c * x - s * y, self._way[1] + s * x + c * y, height))
         return Pose(position, *_tilted(heading, self._attack, self._azimuth))

@@ -6,12 +6,12 @@ from operator import index
 import time
 from typing import Any, SupportsFloat, SupportsIndex, TypeAlias
 
-from bristle_ros.physics.contact import GAP, IMPULSE
+from bristle_ros.physics.contact import GAP, gap_at, IMPULSE
 from bristle_ros.physics.motion import (approach_at as compiled_approach_at, APPROACHING, FORWARD,
-                                        HEIGHT, LEFT, PENETRATION, RAMP,
-                                        ramp_at as compiled_ramp_at, renew_rates, ROTATION, SPEED,
-                                        split_load_step, YAW)
-from bristle_ros.physics.step import (AT_FINEST, FAILURES, initialise, Model, NEWTON,
+                                        HEIGHT, kerb_offset as compiled_kerb_offset, LEFT, MOVED,
+                                        PENETRATION, RAMP, ramp_at as compiled_ramp_at,
+                                        renew_rates, ROTATION, SPEED, split_load_step, YAW)
+from bristle_ros.physics.step import (AT_FINEST, CLAMP_INSIDE, FAILURES, initialise, Model, NEWTON,
                                       NO_CONVERGENCE, NOT_FINITE, output, own_frame,
                                       SINGULAR_MATRIX, SPLIT, SUBSTEPS, UNFINISHED)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
@@ -35,6 +35,8 @@ REASONS = {
     NOT_FINITE: 'forces or positions overflowed: look at the sizes of bristle.* and drive.*',
     UNFINISHED: 'the step was not done after as many sub-steps as there may be: a smaller '
                 'solver.integration_time_step may do',
+    CLAMP_INSIDE: 'a clamp has come to the surface of the road: keep the brush higher, or further '
+                  'from the kerb',
 }
 LOADS = "the brush's motion is not finite there: that is no fault of the scene, please report it"
 
@@ -42,6 +44,7 @@ LOADS = "the brush's motion is not finite there: that is no fault of the scene, 
 # A few commands a second are not worth a compiled function that has to be loaded.
 ramp_at = getattr(compiled_ramp_at, 'py_func', compiled_ramp_at)
 approach_at = getattr(compiled_approach_at, 'py_func', compiled_approach_at)
+kerb_offset = getattr(compiled_kerb_offset, 'py_func', compiled_kerb_offset)
 
 HIGHEST = 10.0  # [m] that a command may lift the brush: what road.penetration may be
 MOST_STEPS = 2**62  # of one call: what a kernel can count
@@ -174,9 +177,15 @@ class Simulation:
         frame = self._scratch.frames[0]
         positions = self.centreline_own()[:, -1]
         gaps = np.empty(self.model.bristles)
+        surface = self._law and self._law.surface
         for bristle, azimuth in enumerate(self.model.azimuth):
             own_frame(self.model, self.state.motion, azimuth, 0.0, self._scratch, frame)
             gaps[bristle] = frame[ROTATION + 6:ROTATION + 9] @ positions[bristle] + frame[HEIGHT]
+            if surface is not None:
+                place = frame[ROTATION:ROTATION + 9].reshape(3, 3) @ positions[bristle]
+                place[:2] += self.state.motion[MOVED:MOVED + 2]
+                gaps[bristle] = gap_at(surface, place[0], place[1], place[2] + frame[HEIGHT],
+                                       self._scratch.contact[8])[0]
         self.state.tip[:, GAP] = gaps
         return gaps
 
@@ -296,6 +305,15 @@ class Simulation:
         return (self.model.drive.tip_depth - depth, ramp_at(motion, YAW, now)[2],
                 ramp_at(motion, FORWARD, now)[0], ramp_at(motion, LEFT, now)[0])
 
+    def base_pose(self) -> tuple[float, float, float]:
+        """Return x, y [m] and heading [rad] of the sweeper's base on the road."""
+        now, motion, drive = self.step * self.its, self.state.motion, self.model.drive
+        heading = ramp_at(motion, YAW, now)[2]
+        c, s = math.cos(heading), math.sin(heading)
+        x, y = self.scene.sweeper.mount_position
+        return (float(motion[MOVED]) - (c * x - s * y),
+                float(motion[MOVED + 1]) - (s * x + c * y) + kerb_offset(now, drive)[0], heading)
+
     def _limits(self, topic: str, given: Values) -> tuple[float, ...]:
         scene = self.scene
         wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1}
@@ -345,7 +363,7 @@ class Simulation:
         counts = self.state.counts.sum(axis=0)
         return Snapshot(step=self.step, t=self.step * self.its,
                         newton_iterations=int(counts[NEWTON]), substeps=int(counts[SUBSTEPS]),
-                        **found)
+                        base_pose=np.array(self.base_pose()), **found)
 
     def begin_sample(self) -> None:
         """Let clamp_stress_min and _max of the samples to come be those from here on."""

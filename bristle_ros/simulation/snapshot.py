@@ -47,13 +47,15 @@ class Snapshot(NamedTuple):
     clamp_stress_max: np.ndarray        # too, and largest; NaN as the energies
     worst: np.ndarray                   # [Pa, m, m] (B, 3) largest of these three; depth of the
                                         # wire below both road and tip; of the tip in the road
+    base_pose: NDArray[np.float64]          # (3,) [m, m, rad] of the sweeper's base on the road
 
 
 NPZ_ARRAYS = (
     't', 'theta', 'omega', 'tip_position', 'tip_position_road', 'tip_orientation', 'contact_force',
     'contact_impulse', 'mount_force', 'mount_moment', 'mount_damping_force', 'brush_force',
     'brush_torque', 'energy_kinetic', 'energy_elastic', 'energy_dissipated', 'work_external',
-    'newton_iterations', 'substeps', 'clamp_stress', 'clamp_stress_min', 'clamp_stress_max')
+    'newton_iterations', 'substeps', 'base_pose', 'clamp_stress', 'clamp_stress_min',
+    'clamp_stress_max')
 # what is kept only where the simulation was built with its accounts
 ACCOUNTED = ('energy_kinetic', 'energy_elastic', 'energy_dissipated', 'work_external',
              'clamp_stress_min', 'clamp_stress_max')

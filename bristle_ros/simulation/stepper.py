@@ -5,6 +5,7 @@ import os
 from typing import Any, TypeAlias
 
 from bristle_ros.physics.contact import ContactLaw
+from bristle_ros.physics.motion import keep_place
 from bristle_ros.physics.step import (advance, advance_alone, BATCH, fill_frames, Model,
                                       Scratch, State, STRESS_MAX, STRESS_MIN)
 import numpy as np
@@ -139,6 +140,7 @@ class Stepper:
         failures = [self._work(self._scratch[0], steps), *(other.result() for other in others)]
         failed = min(filter(None, failures), default=None)
         if failed is None:
+            keep_place(self._scratch[0].table, self._state.motion, steps)
             self._state.step[0] += steps
         return failed
 

@@ -18,6 +18,8 @@ from typing import NamedTuple
 
 from bristle_ros.physics.compiler import jit
 
+from .surface import Surface
+
 OPEN = 0.0
 SLIP = 1.0
 STICK = 2.0
@@ -25,13 +27,14 @@ UNSOLVED = -1.0     # the compliance is not positive definite: the step is too l
 
 
 class ContactLaw(NamedTuple):
-    """Normal and friction law of the tip."""
+    """Normal and friction law of the tip, and what it touches."""
 
     stiffness: float    # Kn [N/m]; 0 stands for rigid
     damping: float      # Hunt-Crossley [s/m]
     static: float       # mu_s
     kinetic: float      # mu_k
     decay: float        # c_v [s/m]
+    surface: Surface | None = None      # None: the nominal plane
 
 
 @jit

@@ -21,7 +21,8 @@ ESTIMATE = 15       # 1  local error estimate of the last step [m]
 TREND = 16          # 1  part of its last change that A is expected to change by again
 USUAL = 17          # 1  iterations of the first step with the present matrix; 0: none yet
 EXTRA = 18          # 1  iterations beyond those in the steps since
-TIP = 19
+BEFORE = 19         # 1  gap at the start of the last step [m], not on a level plane
+TIP = 20
 
 
 @jit
@@ -67,6 +68,53 @@ def begin_contact(s, j, lane, step, middle, tip):
 
 
 @jit
+def section_axes(s, j, lane):
+    """Return the matrix of a node, section axes to brush axes, row by row."""
+    q0, q1, q2, q3 = (s[j, Q * LANES + lane], s[j, (Q + 1) * LANES + lane],
+                      s[j, (Q + 2) * LANES + lane], s[j, (Q + 3) * LANES + lane])
+    return ((1.0 - 2.0 * (q2 * q2 + q3 * q3), 2.0 * (q1 * q2 - q0 * q3),
+             2.0 * (q1 * q3 + q0 * q2)),
+            (2.0 * (q1 * q2 + q0 * q3), 1.0 - 2.0 * (q1 * q1 + q3 * q3),
+             2.0 * (q2 * q3 - q0 * q1)),
+            (2.0 * (q1 * q3 - q0 * q2), 2.0 * (q2 * q3 + q0 * q1),
+             1.0 - 2.0 * (q1 * q1 + q2 * q2)))
+
+
+@jit
+def free_position(s, j, lane, record, axes):
+    """Return where the tip would be if the contact force stayed, brush axes, from its record."""
+    u1 = u2 = u3 = 0.0
+    for k in range(6):
+        u1 += record[INVERSE + 8 * k] * record[CORNER + k]
+        u2 += record[INVERSE + 8 * k + 1] * record[CORNER + k]
+        u3 += record[INVERSE + 8 * k + 2] * record[CORNER + k]
+    return (
+        s[j, X * LANES + lane] + axes[0][0] * u1 + axes[0][1] * u2 + axes[0][2] * u3,
+        s[j, (X + 1) * LANES + lane] + axes[1][0] * u1 + axes[1][1] * u2 + axes[1][2] * u3,
+        s[j, (X + 2) * LANES + lane] + axes[2][0] * u1 + axes[2][1] * u2 + axes[2][2] * u3)
+
+
+@jit
+def compliance(record, axes, gain, middle, end, w):
+    """Fill w : (3, 3), the tip's displacement per unit of contact force, both in road axes."""
+    for col in range(3):
+        # unit force along road axis `col` -> section axes -> displacement -> road axes
+        f1 = middle[ROTATION + 3 * col]
+        f2 = middle[ROTATION + 3 * col + 1]
+        f3 = middle[ROTATION + 3 * col + 2]
+        s1 = gain * (axes[0][0] * f1 + axes[1][0] * f2 + axes[2][0] * f3)
+        s2 = gain * (axes[0][1] * f1 + axes[1][1] * f2 + axes[2][1] * f3)
+        s3 = gain * (axes[0][2] * f1 + axes[1][2] * f2 + axes[2][2] * f3)
+        d1 = record[INVERSE] * s1 + record[INVERSE + 8] * s2 + record[INVERSE + 16] * s3
+        d2 = record[INVERSE + 1] * s1 + record[INVERSE + 9] * s2 + record[INVERSE + 17] * s3
+        d3 = record[INVERSE + 2] * s1 + record[INVERSE + 10] * s2 + record[INVERSE + 18] * s3
+        w[0, col], w[1, col], w[2, col] = rotate(
+            end, ROTATION, axes[0][0] * d1 + axes[0][1] * d2 + axes[0][2] * d3,
+            axes[1][0] * d1 + axes[1][1] * d2 + axes[1][2] * d3,
+            axes[2][0] * d1 + axes[2][1] * d2 + axes[2][2] * d3)
+
+
+@jit
 def contact_correction(s, chain, tip, elements, law, step, frames, scratch):
     """
     Solve the contact problem in the tip's compliance and add the force's change to the last block.
@@ -83,23 +131,8 @@ def contact_correction(s, chain, tip, elements, law, step, frames, scratch):
     e = elements - 1
     h, gain = step.h, step.gain
     start, middle, end = frames[0], frames[1], frames[2]
-    q0, q1, q2, q3 = (s[j, Q * LANES + lane], s[j, (Q + 1) * LANES + lane],
-                      s[j, (Q + 2) * LANES + lane], s[j, (Q + 3) * LANES + lane])
-    axes = ((1.0 - 2.0 * (q2 * q2 + q3 * q3), 2.0 * (q1 * q2 - q0 * q3),
-             2.0 * (q1 * q3 + q0 * q2)),
-            (2.0 * (q1 * q2 + q0 * q3), 1.0 - 2.0 * (q1 * q1 + q3 * q3),
-             2.0 * (q2 * q3 - q0 * q1)),
-            (2.0 * (q1 * q3 - q0 * q2), 2.0 * (q2 * q3 + q0 * q1),
-             1.0 - 2.0 * (q1 * q1 + q2 * q2)))
-    u = scratch[3]
-    for i in range(3):
-        total = 0.0
-        for k in range(6):
-            total += chain[e, INVERSE + 8 * k + i] * chain[e, CORNER + k]
-        u[i] = total
-    x1 = s[j, X * LANES + lane] + axes[0][0] * u[0] + axes[0][1] * u[1] + axes[0][2] * u[2]
-    x2 = s[j, (X + 1) * LANES + lane] + axes[1][0] * u[0] + axes[1][1] * u[1] + axes[1][2] * u[2]
-    x3 = s[j, (X + 2) * LANES + lane] + axes[2][0] * u[0] + axes[2][1] * u[1] + axes[2][2] * u[2]
+    axes = section_axes(s, j, lane)
+    x1, x2, x3 = free_position(s, j, lane, chain[e], axes)
     p1, p2, p3 = rotate(end, ROTATION, x1, x2, x3)
     o1, o2, o3 = rotate(start, ROTATION, s[j, X0 * LANES + lane], s[j, (X0 + 1) * LANES + lane],
                         s[j, (X0 + 2) * LANES + lane])
@@ -114,21 +147,7 @@ def contact_correction(s, chain, tip, elements, law, step, frames, scratch):
         tip[SLIP_MOVED], tip[SLIP_MOVED + 1], tip[SLIP_MOVED + 2] = moved1, moved2, gap1 - gap0
         return True
     w = scratch[:3]
-    for col in range(3):
-        # unit force along road axis `col` -> section axes -> displacement -> road axes
-        f1 = middle[ROTATION + 3 * col]
-        f2 = middle[ROTATION + 3 * col + 1]
-        f3 = middle[ROTATION + 3 * col + 2]
-        s1 = gain * (axes[0][0] * f1 + axes[1][0] * f2 + axes[2][0] * f3)
-        s2 = gain * (axes[0][1] * f1 + axes[1][1] * f2 + axes[2][1] * f3)
-        s3 = gain * (axes[0][2] * f1 + axes[1][2] * f2 + axes[2][2] * f3)
-        d1 = chain[e, INVERSE] * s1 + chain[e, INVERSE + 8] * s2 + chain[e, INVERSE + 16] * s3
-        d2 = chain[e, INVERSE + 1] * s1 + chain[e, INVERSE + 9] * s2 + chain[e, INVERSE + 17] * s3
-        d3 = chain[e, INVERSE + 2] * s1 + chain[e, INVERSE + 10] * s2 + chain[e, INVERSE + 18] * s3
-        w[0, col], w[1, col], w[2, col] = rotate(
-            end, ROTATION, axes[0][0] * d1 + axes[0][1] * d2 + axes[0][2] * d3,
-            axes[1][0] * d1 + axes[1][1] * d2 + axes[1][2] * d3,
-            axes[2][0] * d1 + axes[2][1] * d2 + axes[2][2] * d3)
+    compliance(chain[e], axes, gain, middle, end, w)
     base = scratch[3]
     base[0] = moved1 - (w[0, 0] * g1 + w[0, 1] * g2 + w[0, 2] * g3)
     base[1] = moved2 - (w[1, 0] * g1 + w[1, 1] * g2 + w[1, 2] * g3)
@@ -154,39 +173,23 @@ def contact_correction(s, chain, tip, elements, law, step, frames, scratch):
 
 
 @jit
-def finish_contact(s, j, lane, law, h, end, tip):
+def stopping_force(law, state, by, h, velocity, force):
     """
-    Stop the tip where the contact holds it at the step's end: a plastic impact of the tip's mass.
+    Return the force (3) that stops the tip within its cone, and the kinetic energy that it takes.
 
-    A contact that holds for the whole step fixes the mean velocity of the tip over the step; what
-    its node keeps on top of that would swing for ever. The impulse that takes it away is bounded
-    so that force and impulse together stay in the friction cone; it only removes kinetic energy,
-    which is returned [J]. Velocities: V0 of the tip, already those of the step's end.
+    velocity [m/s], force [N] : (3,)    of the tip over the road, on the tip; third along normal
+    by [kg/s] : float                   mass of the tip's node over the step's length h
     """
-    if tip[STATE] == OPEN or tip[GAP] > 0.0 and law.stiffness > 0.0:
-        return 0.0
-    normal = tip[FORCE + 2]
-    if law.stiffness == 0.0 and normal <= 0.0:
-        return 0.0
-    x1 = s[j, X0 * LANES + lane]
-    x2 = s[j, (X0 + 1) * LANES + lane]
-    x3 = s[j, (X0 + 2) * LANES + lane]
-    o1, o2, o3 = end[SPIN], end[SPIN + 1], end[SPIN + 2]
-    r1, r2, r3 = rotate(end, ROTATION, s[j, V0 * LANES + lane] + o2 * x3 - o3 * x2,
-                        s[j, (V0 + 1) * LANES + lane] + o3 * x1 - o1 * x3,
-                        s[j, (V0 + 2) * LANES + lane] + o1 * x2 - o2 * x1)
-    r1 += end[VELOCITY]
-    r2 += end[VELOCITY + 1]
-    r3 += end[HEIGHT_RATE]
-    by = s[j, MASS * LANES + lane] / h
+    r1, r2, r3 = velocity
+    normal = force[2]
     p1 = p2 = p3 = 0.0
     if law.stiffness == 0.0:
         p3 = max(-by * r3, -normal)
-    if tip[STATE] == STICK:
+    if state == STICK:
         p1 = -by * r1
         p2 = -by * r2
         bound = law.static * (normal + p3)
-        f1, f2 = tip[FORCE], tip[FORCE + 1]
+        f1, f2 = force[0], force[1]
         if (f1 + p1) ** 2 + (f2 + p2) ** 2 > bound * bound:
             # the largest part of it that keeps the sum in the cone; none if the force fills it
             a = p1 * p1 + p2 * p2
@@ -202,11 +205,43 @@ def finish_contact(s, j, lane, law, h, end, tip):
     elif p3 != 0.0:
         # slipping: keep the friction force in the cone of the changed normal force
         scale = (normal + p3) / normal
-        p1 = (min(scale, 1.0) - 1.0) * tip[FORCE]
-        p2 = (min(scale, 1.0) - 1.0) * tip[FORCE + 1]
+        p1 = (min(scale, 1.0) - 1.0) * force[0]
+        p2 = (min(scale, 1.0) - 1.0) * force[1]
+    if p1 == 0.0 and p2 == 0.0 and p3 == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    lost = -h * (p1 * (r1 + 0.5 * p1 / by) + p2 * (r2 + 0.5 * p2 / by) + p3 * (r3 + 0.5 * p3 / by))
+    return p1, p2, p3, lost
+
+
+@jit
+def finish_contact(s, j, lane, law, h, end, tip):
+    """
+    Stop the tip where the contact holds it at the step's end: a plastic impact of the tip's mass.
+
+    A contact that holds for the whole step fixes the mean velocity of the tip over the step; what
+    its node keeps on top of that would swing for ever. The impulse that takes it away is bounded
+    so that force and impulse together stay in the friction cone; it only removes kinetic energy,
+    which is returned [J]. Velocities: V0 of the tip, already those of the step's end.
+    """
+    if tip[STATE] == OPEN or tip[GAP] > 0.0 and law.stiffness > 0.0:
+        return 0.0
+    if law.stiffness == 0.0 and tip[FORCE + 2] <= 0.0:
+        return 0.0
+    x1 = s[j, X0 * LANES + lane]
+    x2 = s[j, (X0 + 1) * LANES + lane]
+    x3 = s[j, (X0 + 2) * LANES + lane]
+    o1, o2, o3 = end[SPIN], end[SPIN + 1], end[SPIN + 2]
+    r1, r2, r3 = rotate(end, ROTATION, s[j, V0 * LANES + lane] + o2 * x3 - o3 * x2,
+                        s[j, (V0 + 1) * LANES + lane] + o3 * x1 - o1 * x3,
+                        s[j, (V0 + 2) * LANES + lane] + o1 * x2 - o2 * x1)
+    r1 += end[VELOCITY]
+    r2 += end[VELOCITY + 1]
+    r3 += end[HEIGHT_RATE]
+    by = s[j, MASS * LANES + lane] / h
+    p1, p2, p3, lost = stopping_force(
+        law, tip[STATE], by, h, (r1, r2, r3), (tip[FORCE], tip[FORCE + 1], tip[FORCE + 2]))
     if p1 == 0.0 and p2 == 0.0 and p3 == 0.0:
         return 0.0
-    lost = -h * (p1 * (r1 + 0.5 * p1 / by) + p2 * (r2 + 0.5 * p2 / by) + p3 * (r3 + 0.5 * p3 / by))
     tip[FORCE] += p1
     tip[FORCE + 1] += p2
     tip[FORCE + 2] += p3

@@ -2,6 +2,7 @@
 # flake8: noqa: F401  what other rooms may use
 from .drive import approach_at, CONSTANT, RAMP, ramp_at, SINE, VAP
 from .frame import (APPROACHING, BASICS, CLAMP, DRAG_RATE, DRAG_SPIN, Drive, drive_clamp, FORWARD,
-                    FRAME, frame_at, GRAVITY, HEIGHT, HEIGHT_RATE, is_polygon, LEFT, new_motion,
-                    OMEGA, PENETRATION, renew_rates, ROTATION, SPEED, SPIN, SPIN_RATE,
-                    split_load_step, THETA, turn_frame, VELOCITY, YAW)
+                    FRAME, frame_at, GRAVITY, HEIGHT, HEIGHT_RATE, is_polygon, kerb_offset, LEFT,
+                    MOVED, new_motion, OMEGA, PENETRATION, PLACE, renew_rates, ROTATION, SPEED,
+                    SPIN, SPIN_RATE, split_load_step, THETA, turn_frame, VELOCITY, YAW)
+from .path import follow_path, keep_place, way_within

@@ -22,7 +22,7 @@ ROTATION = 0        # 9  brush axes to road axes, row by row
 SPIN = 9            # 3  Omega [rad/s], brush axes
 SPIN_RATE = 12      # 3  its rate [rad/s^2], brush axes
 GRAVITY = 15        # 3  gravity minus the mount's acceleration [m/s^2], brush axes
-VELOCITY = 18       # 3  of the mount centre over the road [m/s], road axes
+VELOCITY = 18       # 3  of the mount centre over the surface [m/s], road axes
 HEIGHT = 21         # 1  of the mount centre over the road plane [m]
 HEIGHT_RATE = 22    # 1
 THETA = 23          # 1  exact angle, speed of the brush, whatever the load steps are
@@ -30,7 +30,8 @@ OMEGA = 24          # 1
 DRAG_SPIN = 25      # 1  speed about z of the brush, seen from this frame: 0 where it turns along
 DRAG_RATE = 26      # 1  its rate
 CLAMP = 27          # 7  position and quaternion of the clamped node
-FRAME = 34
+PLACE = 34          # 2  of the mount centre in the surface's axes, x and y [m]; see path.py
+FRAME = 36
 
 # motion: ramps of mean speed, yaw rate, penetration and sweeper velocity, and the approach
 SPEED = 0
@@ -51,7 +52,8 @@ _RATES = (2, 5, 7, 9, 11)   # of the basics: accelerations, and the road's speed
 LOAD_SPLIT = APPROACHING + 1
 SPLIT_BASICS = LOAD_SPLIT + 1
 SPLIT_CLAMP = SPLIT_BASICS + _RAMPED    # 2  cosine and sine that place the clamp on its chord
-MOTION = SPLIT_CLAMP + 2
+MOVED = SPLIT_CLAMP + 2     # 2  PLACE at the end of the last step
+MOTION = MOVED + 2
 
 
 class Drive(NamedTuple):
@@ -65,13 +67,16 @@ class Drive(NamedTuple):
     cos_attack: float
     sin_attack: float
     tilt_azimuth: float
-    gravity: float
+    down_x: float           # gravity [m/s^2], road axes
+    down_y: float
+    down_z: float
     tip_depth: float        # of the lowest undeformed tip below the mount centre [m]
     penetration: float      # at the end of the approach [m]
     approach_time: float    # [s]
     mount_x: float          # of the mount centre in the sweeper's turning axes [m]
     mount_y: float
     time_step: float        # TS [s]; 0: exact at every time
+    kerb_approach: float    # how much further away the kerb starts [m]
 
 
 @jit
@@ -164,6 +169,16 @@ def renew_rates(t, drive, motion, basics):
 
 
 @jit
+def kerb_offset(t, drive):
+    """Return how much further away the kerb still is [m], and the rate of that [m/s]."""
+    if t >= drive.approach_time:
+        return 0.0, 0.0
+    s = t / drive.approach_time
+    return (drive.kerb_approach * (1.0 - s * s * (3.0 - 2.0 * s)),
+            -drive.kerb_approach * 6.0 * s * (1.0 - s) / drive.approach_time)
+
+
+@jit
 def frame_at(t, drive, displacement, motion, basics, frame):
     """
     Fill the frame record at time t [s], but for the clamp.
@@ -229,10 +244,12 @@ def frame_at(t, drive, displacement, motion, basics, frame):
     ch, sh = cos(heading), sin(heading)
     frame[VELOCITY] = ch * ux - sh * uy
     frame[VELOCITY + 1] = sh * ux + ch * uy
+    if drive.kerb_approach != 0.0:
+        frame[VELOCITY + 1] -= kerb_offset(t, drive)[1]
     frame[VELOCITY + 2] = 0.0
-    gx = -(ch * ax - sh * ay)
-    gy = -(sh * ax + ch * ay)
-    gz = -drive.gravity
+    gx = drive.down_x - (ch * ax - sh * ay)
+    gy = drive.down_y - (sh * ax + ch * ay)
+    gz = drive.down_z
     for i in range(3):
         frame[GRAVITY + i] = (frame[ROTATION + i] * gx + frame[ROTATION + 3 + i] * gy
                               + frame[ROTATION + 6 + i] * gz)

@@ -2,7 +2,7 @@
 # flake8: noqa: F401  what other rooms may use
 from .energy import AUDIT, STRESS_MAX, STRESS_MIN
 from .equilibrium import settle
-from .newton import (AT_FINEST, COUNTS, FACTORISATIONS, FAILURES, move_nodes, NEWTON,
+from .newton import (AT_FINEST, CLAMP_INSIDE, COUNTS, FACTORISATIONS, FAILURES, move_nodes, NEWTON,
                      NO_CONVERGENCE, NOT_FINITE, SINGULAR_MATRIX, SPLIT, SUBSTEPS, UNFINISHED)
 from .records import Model, Scratch, State
 from .scheme import generalized_alpha, hht, newmark, Scheme

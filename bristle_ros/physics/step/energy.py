@@ -7,8 +7,8 @@ are left out of the work: they are (width / length)^2 of the rest.
 from math import asin, cos, sin
 
 from bristle_ros.physics.compiler import jit
-from bristle_ros.physics.contact import (FORCE, GAP, OPEN, rotate_back, SLIP_MOVED, spring_energy,
-                                         STATE)
+from bristle_ros.physics.contact import (BEFORE, FORCE, GAP, OPEN, rotate_back, SLIP_MOVED,
+                                         spring_energy, STATE)
 from bristle_ros.physics.motion import (CLAMP, DRAG_RATE, DRAG_SPIN, GRAVITY, ROTATION, SPIN,
                                         SPIN_RATE, THETA)
 from bristle_ros.physics.wire import (clamp_reaction, HV, INERTIA, LANES, MASS, Q0, RATE0,
@@ -150,6 +150,14 @@ def _clamp_work(model, audit, s, frames):
 
 
 @jit
+def gap_before(tip, surface):
+    """Return the gap at the start of the last step [m]."""
+    if surface is None:
+        return tip[GAP] - tip[SLIP_MOVED + 2]
+    return tip[BEFORE]
+
+
+@jit
 def account_step(model, law, viscosity, audit, bristle, scratch, step):
     """
     Add one converged step, not yet accepted, to the accounts; arguments as in `try_step`.
@@ -184,7 +192,7 @@ def account_step(model, law, viscosity, audit, bristle, scratch, step):
                 dissipated += 0.5 * viscosity * s[j, WEIGHT * LANES + i] * density
     if law is not None and tip[STATE] != OPEN:
         stored = (spring_energy(law.stiffness, tip[GAP])
-                  - spring_energy(law.stiffness, tip[GAP] - tip[SLIP_MOVED + 2]))
+                  - spring_energy(law.stiffness, gap_before(tip, law.surface)))
         relative = 0.0
         for i in range(3):
             relative += tip[FORCE + i] * tip[SLIP_MOVED + i]

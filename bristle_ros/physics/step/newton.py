@@ -8,9 +8,9 @@ from math import sqrt
 from typing import NamedTuple
 
 from bristle_ros.physics.compiler import inlined, jit
-from bristle_ros.physics.contact import (begin_contact, contact_correction, CONTRACTION, ESTIMATE,
-                                         EXTRA, finish_contact, FORCE, GAP, IMPULSE, MATRIX_STEP,
-                                         rotate_back, STATE, STEP, TREND, USUAL)
+from bristle_ros.physics.contact import (begin_contact, CONTRACTION, correct_contact, ESTIMATE,
+                                         EXTRA, finish_on_surface, FORCE, GAP, IMPULSE,
+                                         MATRIX_STEP, rotate_back, STATE, STEP, TREND, USUAL)
 from bristle_ros.physics.motion import CLAMP, ROTATION
 from bristle_ros.physics.wire import (accept_damping, accept_section_forces, accept_step,
                                       add_excess, begin_section_forces, begin_step, eliminate,
@@ -37,6 +37,7 @@ NOT_FINITE = 3
 TOO_INACCURATE = 4      # the local error is above what it may be: never the last word, since the
 #                         finest sub-steps are taken whatever theirs
 UNFINISHED = 5          # attempts ran out
+CLAMP_INSIDE = 6        # a clamp is at the surface of the road
 
 # running counts
 NEWTON = 0
@@ -159,8 +160,8 @@ def find_correction(model, law, bristle, scratch, step):
     add_excess(nodes, mids)
     eliminate(nodes, model.elements, mids, chain)
     if law is not None:
-        solved = contact_correction(nodes, chain, bristle.tip, model.elements, law, step,
-                                    scratch.frames, scratch.contact)
+        solved = correct_contact(nodes, chain, bristle.tip, model.elements, law, law.surface,
+                                 step, scratch.frames, scratch.contact)
     return solved
 
 
@@ -251,7 +252,8 @@ def accept(model, law, viscosity, audit, bristle, scratch, step):
     tip[TREND] = accept_step(nodes, model.blocks, h, scheme)
     if law is not None:
         block, lane = tip_lane(model.elements)
-        lost = finish_contact(nodes, block, lane, law, h, end, tip)
+        lost = finish_on_surface(nodes, block, lane, law, law.surface, h, end, tip,
+                                 scratch.contact)
         for i in range(3):
             tip[IMPULSE + i] += h * tip[FORCE + i]
         if audit is not None:

@@ -175,11 +175,14 @@ def _put_mount(model, bristle, s, clamp, own, turns, row):
 
 
 @inlined
-def _put_depths(model, s, gap, own, turns, row):
-    """Store the depths of tip and wire in the road."""
+def _put_depths(model, law, s, gap, own, turns, row):
+    """Store the depths of tip and wire in the road; of the wire only where that is a plane."""
+    row[WORST + 2] = -gap
+    if law is not None and law.surface is not None:
+        row[WORST + 1] = -1.0
+        return
     n1, n2, n3 = turned(turns.c_back, -turns.s_back, own[ROTATION + 6], own[ROTATION + 7],
                         own[ROTATION + 8])
-    row[WORST + 2] = -gap
     row[WORST + 1] = -max(gap, 0.0) - lowest_node(s, model.elements, n1, n2, n3, own[HEIGHT])
 
 
@@ -239,7 +242,7 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
         _put_damping_force(model, viscosity, s, clamp, turns, row)
         f1, f2, f3, m1, m2, m3 = _put_mount(model, bristle, s, clamp, own, turns, row)
         _put_stress(row, model.corners, state.audit[bristle], f1, f2, f3, m1, m2, m3)
-        _put_depths(model, s, tip[GAP], own, turns, row)
+        _put_depths(model, law, s, tip[GAP], own, turns, row)
         c = turns.c_theta * ca - turns.s_theta * sa
         s_all = turns.s_theta * ca + turns.c_theta * sa
         _add_wrench(totals, BRUSH_FORCE, model.wires, c, s_all,

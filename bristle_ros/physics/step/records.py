@@ -52,7 +52,7 @@ class Bristle(NamedTuple):
     mids: NDArray[np.float64]       # (blocks, MIDS)
     chain: NDArray[np.float64]      # (elements, RECORD)
     tip: NDArray[np.float64]        # (TIP,)
-    counts: NDArray[np.int64]      # (COUNTS,)
+    counts: NDArray[np.int64]       # (COUNTS,)
 
 
 @inlined
@@ -66,7 +66,7 @@ class Scratch(NamedTuple):
     """Room that a step works in; nothing in it outlives the call."""
 
     work: NDArray[np.float64]       # (CHAIN_WORK,)
-    contact: NDArray[np.float64]    # (5, 3)
+    contact: NDArray[np.float64]    # (9, 16)
     frames: NDArray[np.float64]     # (3, FRAME) of the present sub-step: start, middle and end
     frame: NDArray[np.float64]      # (FRAME,)
     turned: NDArray[np.float64]     # (2, FRAME)
@@ -77,5 +77,5 @@ class Scratch(NamedTuple):
     saved_tip: NDArray[np.float64]  # (TIP,)
     saved_audit: NDArray[np.float64]  # (AUDIT,)
     table: NDArray[np.float64]      # (2 BATCH + 1, FRAME) at azimuth 0, at the ends and middles of
-    #                             a call's steps: whoever shares a queue shares it
+    #                               a call's steps: whoever shares a queue shares it
     failed: NDArray[np.int64]       # (3,) int64: step of a failure; step and bristle of the first

@@ -6,12 +6,13 @@ step; when that fails too, `advance` stops with a status and the state at the st
 integration step. All decisions depend on the state alone, so a run repeats bit for bit.
 """
 from bristle_ros.physics.compiler import inlined, jit, take
-from bristle_ros.physics.contact import ESTIMATE, LEVEL, MATRIX_STEP
-from bristle_ros.physics.motion import CLAMP, drive_clamp, frame_at, is_polygon, turn_frame
+from bristle_ros.physics.contact import ESTIMATE, is_clear, LEVEL, MATRIX_STEP
+from bristle_ros.physics.motion import (CLAMP, drive_clamp, follow_path, frame_at, is_polygon,
+                                        keep_place, turn_frame, VELOCITY, way_within)
 from bristle_ros.physics.wire import (HA, JUMP, keep_strains, LANES, LR, OK, SECTION_FORCE,
                                       STRAIN0, X, X0)
 
-from .newton import AT_FINEST, NEWTON, SPLIT, SUBSTEPS, try_step, UNFINISHED
+from .newton import AT_FINEST, CLAMP_INSIDE, NEWTON, SPLIT, SUBSTEPS, try_step, UNFINISHED
 from .records import bristle_of
 
 EASY = 5                # iterations up to which a sub-step may become longer again
@@ -65,10 +66,12 @@ def part_frame(model, motion, azimuth, start, step, position, scratch, frame):
     part = position * (PARTS / WHOLE)
     if part != int(part):
         own_frame(model, motion, azimuth, t, scratch, frame)
+        way_within(scratch.table, step, position / WHOLE, model.its, frame)
         return
     at = step * PARTS + int(part)
     if scratch.known[at] == 0:
         mount_frame(model, motion, t, scratch, scratch.parts[at])
+        way_within(scratch.table, step, position / WHOLE, model.its, scratch.parts[at])
         scratch.known[at] = 1
     turn_frame(scratch.parts[at], azimuth[0], azimuth[1], frame)
 
@@ -84,6 +87,15 @@ def place_frames(model, state, azimuth, step, position, size, scratch):
                        position + 0.5 * i * size, scratch, scratch.frames[i])
 
 
+@jit
+def clamp_is_clear(surface, azimuth, scratch, step):
+    """Return whether the clamp is above the surface where the step starts."""
+    if surface is None:
+        return True
+    turn_frame(scratch.table[2 * step], azimuth[0], azimuth[1], scratch.frame)
+    return is_clear(surface, scratch.frame, scratch.contact)
+
+
 @inlined
 def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
     """
@@ -92,6 +104,8 @@ def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
     step : int      counted from the start of this call
     Returns OK, or the last failure's status with the state as it was at the step's start.
     """
+    if law is not None and not clamp_is_clear(law.surface, bristle.azimuth, scratch, step):
+        return CLAMP_INSIDE
     nodes, tip, counts = bristle.nodes, bristle.tip, bristle.counts
     if viscosity is not None and is_polygon(model):
         keep_strains(nodes)
@@ -146,6 +160,12 @@ def fill_frames(model, law, state, scratch, steps):
         if law is not None or i % 2 == 0:
             mount_frame(model, state.motion, (state.step[0] + 0.5 * i) * model.its, scratch,
                         scratch.table[i])
+    if law is None:     # nothing asks where the road is within a step
+        for i in range(1, 2 * steps, 2):
+            for row in range(VELOCITY, VELOCITY + 2):
+                scratch.table[i, row] = 0.5 * (
+                    scratch.table[i - 1, row] + scratch.table[i + 1, row])
+    follow_path(scratch.table, state.motion, model.its, steps)
 
 
 @inlined
@@ -200,8 +220,10 @@ def advance_alone(model, law, viscosity, audit, state, scratch, steps):
         scratch.known[:batch * PARTS + 1] = 0
         status = make_steps(model, law, viscosity, audit, state, scratch, 0, batch)
         if status != OK:
-            state.step[0] += scratch.failed[0]
-            return status
+            batch = scratch.failed[0]
+        keep_place(scratch.table, state.motion, batch)
         state.step[0] += batch
+        if status != OK:
+            return status
         steps -= batch
     return OK
