@@ -1,7 +1,7 @@
 """The stability campaign in short, and that its checks see what they are there to see."""
 from bristle_ros.report import workers
 from bristle_ros.report.main import main
-from bristle_ros.report.stability import campaign, cases as campaign_cases, show
+from bristle_ros.report.stability import campaign, cases as campaign_cases, draws, show
 from bristle_ros.report.stability.checks import spring_force, Watch
 from bristle_ros.scene.scene import from_parameters, keys
 from bristle_ros.simulation.simulation import Simulation
@@ -106,14 +106,14 @@ def test_the_list_covers_what_was_promised():
 
 
 def test_draws_repeat_with_their_seed():
-    assert campaign_cases.drawn(7, 20) == campaign_cases.drawn(7, 20)
-    assert campaign_cases.drawn(7, 20) != campaign_cases.drawn(8, 20)
-    for case in campaign_cases.drawn(3, 200):
+    assert draws.drawn(7, 20) == draws.drawn(7, 20)
+    assert draws.drawn(7, 20) != draws.drawn(8, 20)
+    for case in draws.drawn(3, 200):
         from_parameters(case.parameters, case.name)     # none is out of range
 
 
 def test_draws_have_commands_resets_polygons_and_every_scheme():
-    cases = campaign_cases.drawn(5, 200, 0.1, 3.0)
+    cases = draws.drawn(5, 200, 0.1, 3.0)
     assert all(case.drawn for case in cases)
     assert {topic for case in cases for _, topic, _ in case.commands} == {
         'cmd_brush_speed', 'cmd_penetration', 'cmd_vel'}
@@ -128,7 +128,7 @@ def test_draws_have_commands_resets_polygons_and_every_scheme():
     for case in cases:
         steps = case.duration / case.parameters['solver.integration_time_step']
         work = steps * case.parameters.get('solver.elements', 12)
-        assert work <= 3.0 * campaign_cases.PACE + 1e4
+        assert work <= 3.0 * draws.PACE + 1e4
 
 
 def test_a_reset_case_goes_on_from_its_start():

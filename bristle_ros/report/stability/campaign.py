@@ -16,6 +16,7 @@ from bristle_ros.scene import from_parameters, SceneError
 
 from . import cases as campaign_cases
 from .checks import Watch
+from .draws import drawn
 
 KINDS = ('finished', 'stopped', 'cut', 'refused', 'wrong')
 WALL_LIMIT = 20.0       # [s] of stepping for one case
@@ -155,9 +156,8 @@ def measure(context, cases=None):
     """Return the part's data: a row for each case."""
     if cases is None:
         cases = campaign_cases.short() if context.quick else campaign_cases.listed()
-        cases = cases + campaign_cases.drawn(context.seed, context.drawn,
-                                             0.1 if context.quick else 0.5,
-                                             context.wall_limit)
+        cases = cases + drawn(context.seed, context.drawn, 0.1 if context.quick else 0.5,
+                              context.wall_limit)
 
     def tell(value, job, done, total):
         context.progress.count(done, total, f'campaign {done} of {total}: {job.label}')

@@ -2,11 +2,10 @@
 The scenes of the stability campaign: what a user could ask for, up to the ends of the ranges.
 
 `listed()` takes three scenes of the brush through every parameter one at a time, and then through
-pairs of extremes; `drawn(seed, count)` adds scenes drawn at random from the same ranges. A case
-names only what differs from its base scene.
+pairs of extremes; draws.py adds scenes drawn at random from the same ranges. A case names only
+what differs from its base scene.
 """
 import math
-import random
 from typing import NamedTuple
 
 RPM = math.pi / 30.0
@@ -29,7 +28,6 @@ BASES = {
         'contact.enabled': False, 'damping.mass': 0.0, 'drive.mean_speed': 150 * RPM,
         'drive.alternating_speed': 4 * RPM},
 }
-PACE = 1.5e5   # steps of an element per second that any machine does
 STEPS = 1_500_000    # of one case: what its wall limit lets it do on most machines
 OF_CONTACT = ('contact.', 'friction.', 'road.', 'sweeper.')
 
@@ -173,8 +171,9 @@ def make_case(name, base, changes, duration, commands=()):
     return Case(f'{base}: {name}', parameters, duration, commands)
 
 
-def _spell(changes):
-    return ', '.join(f'{spell_key(key)} {_short(value)}' for key, value in changes.items())
+def spell_changes(changes):
+    """Return what a case changes as a text."""
+    return ', '.join(f'{spell_key(key)} {spell_value(value)}' for key, value in changes.items())
 
 
 def spell_key(key):
@@ -182,13 +181,15 @@ def spell_key(key):
     return {'damping.stiffness': 'beta_D'}.get(key, key.rpartition('.')[2])
 
 
-def _short(value):
+def spell_value(value):
+    """Return a value as a short text."""
     if isinstance(value, tuple):
         return '/'.join(f'{part:g}' for part in value)
     return value if isinstance(value, str) else f'{value:.3g}'
 
 
-def _applies(base, key):
+def applies(base, key):
+    """Whether a key means anything in a base scene."""
     return base != 'free' or not key.startswith(OF_CONTACT)
 
 
@@ -197,91 +198,18 @@ def listed(duration=0.5):
     cases = []
     for base in BASES:
         for key, values in AXES.items():
-            if _applies(base, key):
-                cases.extend(make_case(_spell({key: value}), base, {key: value}, duration)
+            if applies(base, key):
+                cases.extend(make_case(spell_changes({key: value}), base, {key: value}, duration)
                              for value in values)
-        cases.extend(make_case(_spell(corner), base, corner, duration) for corner in CORNERS
-                     if all(_applies(base, key) for key in corner))
+        cases.extend(make_case(spell_changes(corner), base, corner, duration) for corner in CORNERS
+                     if all(applies(base, key) for key in corner))
         for name, (limit, commands) in COMMANDS.items():
             if base != 'free' or commands[0][1] == 'cmd_brush_speed':
                 cases.append(make_case(name, base, {'drive.max_acceleration': limit}, duration,
                                        commands))
-    cases.extend(make_case('touching, ' + _spell(start), 'level',
+    cases.extend(make_case('touching, ' + spell_changes(start), 'level',
                            {'road.approach_time': 0.0, **start}, duration) for start in TOUCHING)
     return cases
-
-
-def drawn(seed, count, duration=0.5, limit=20.0):
-    """
-    Return `count` cases drawn at random: each changes two to six things of a base.
-
-    On top of that, and each by itself: load case, integrator, load steps longer than ITS,
-    commands within their limits, and a reset. What would last longer than the wall limit [s] is
-    shorter: on most machines no case is cut off.
-    """
-    draw = random.Random(seed)
-    cases = []
-    for number in range(count):
-        base = draw.choice(list(BASES))
-        keys = [key for key in AXES if _applies(base, key)]
-        changes = {}
-        for key in draw.sample(keys, draw.randint(2, 6)):
-            changes[key] = _draw_value(draw, AXES[key])
-        changes.update(_draw_scheme(draw))
-        case = make_case(f'drawn {seed}.{number}, {_spell(changes)}', base, changes, duration)
-        its = case.parameters['solver.integration_time_step']
-        most = max(100, int(PACE * limit / case.parameters.get('solver.elements', 12)))
-        case = case._replace(duration=min(round(case.duration / its), most) * its)
-        cases.append(_with_events(draw, case, base))
-    return cases
-
-
-def _draw_scheme(draw):
-    """Return drawn keys of load case and integrator."""
-    changes = {}
-    if draw.random() < 0.4:
-        changes['solver.load_case'] = draw.choice(('inertia', 'displacement'))
-    if draw.random() < 0.4:
-        changes['solver.integrator'] = draw.choice(('generalized_alpha', 'newmark', 'hht'))
-    if draw.random() < 0.3:     # of ITS; make_case makes it a whole multiple
-        changes['solver.time_step'] = draw.choice((1e-4, 2e-4, 1e-3, 2e-3, 5e-3))
-    return changes
-
-
-def _with_events(draw, case, base):
-    """Return a case with drawn commands and resets."""
-    commands, resets, words = [], [], []
-    length = case.parameters.get('bristle.length', 0.24)
-    moving = case.parameters.get('solver.load_case') == 'displacement'
-    if draw.random() < 0.35:
-        speed = _in_range(draw, case.parameters.get('drive.max_speed', 320.0))
-        commands.append(('cmd_brush_speed', (speed,)))
-    if base != 'free' and draw.random() < 0.35:
-        commands.append(('cmd_penetration', (round(draw.uniform(-0.2, 0.25) * length, 4),)))
-    if base != 'free' and not moving and draw.random() < 0.25:
-        commands.append(('cmd_vel', (draw.uniform(-10.0, 10.0), draw.uniform(-10.0, 10.0),
-                                     draw.uniform(-2.0, 2.0))))
-    if draw.random() < 0.2:
-        resets.append(draw.uniform(0.1, 0.9) * case.duration)
-    timed = sorted((round(draw.uniform(0.05, 0.9) * case.duration, 6), topic, values)
-                   for topic, values in commands)
-    words += [f'{topic.removeprefix("cmd_")} {_short(values)} at {t:.3g} s'
-              for t, topic, values in timed]
-    words += [f'reset at {t:.3g} s' for t in resets]
-    return case._replace(commands=tuple(timed), resets=tuple(resets), drawn=True,
-                         name=', '.join([case.name, *words]))
-
-
-def _in_range(draw, limit):
-    return round(draw.choice((-1.0, 1.0)) * limit * draw.random() ** 2, 4)
-
-
-def _draw_value(draw, values):
-    numbers = [v for v in values if isinstance(v, float) and 0.0 < v < math.inf]
-    if draw.random() < 0.5 or len(numbers) < 2 or max(numbers) == 0.8:
-        return draw.choice(values)
-    low, high = math.log(min(numbers)), math.log(max(numbers))
-    return float(f'{math.exp(draw.uniform(low, high)):.4g}')
 
 
 def short(duration=0.1):
@@ -306,7 +234,7 @@ def short(duration=0.1):
         ('free', {'drive.mean_speed': 3000 * RPM}), ('free', {'damping.stiffness': 0.021}),
         ('free', {'solver.integration_time_step': 1e-2}),
     )
-    cases = [make_case(_spell(changes) or 'as it is', base, changes, duration)
+    cases = [make_case(spell_changes(changes) or 'as it is', base, changes, duration)
              for base, changes in wanted]
     cases.append(make_case('reversal', 'level', {'drive.max_acceleration': 1e9}, duration,
                            ((0.05, 'cmd_brush_speed', (-3000 * RPM,)),)))
