@@ -4,18 +4,20 @@ from typing import TYPE_CHECKING
 from bristle_ros.lazy import lazily
 
 if TYPE_CHECKING:
+    from .commands import (check_command as check_command, CommandRefused as CommandRefused,
+                           values_of as values_of)
     from .equilibrium import static_equilibrium as static_equilibrium
     from .model import (new_scratch as new_scratch, viscosity_of as viscosity_of,
                         WORST_ERROR as WORST_ERROR)
     from .mount_path import MountPath as MountPath
-    from .simulation import (CommandRefused as CommandRefused, Simulation as Simulation,
-                             StepFailure as StepFailure, values_of as values_of)
+    from .simulation import Simulation as Simulation, StepFailure as StepFailure
     from .snapshot import NPZ_ARRAYS as NPZ_ARRAYS, Snapshot as Snapshot
 
 __getattr__, __dir__ = lazily(__name__, {
+    'commands': ['check_command', 'CommandRefused', 'values_of'],
     'equilibrium': ['static_equilibrium'],
     'model': ['new_scratch', 'viscosity_of', 'WORST_ERROR'],
     'mount_path': ['MountPath'],
-    'simulation': ['CommandRefused', 'Simulation', 'StepFailure', 'values_of'],
+    'simulation': ['Simulation', 'StepFailure'],
     'snapshot': ['NPZ_ARRAYS', 'Snapshot'],
 })
