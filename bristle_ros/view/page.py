@@ -1,0 +1,130 @@
+"""The page: a server for browsers, and the loop that brings what a source has to them."""
+import contextlib
+import io
+import queue
+import socket
+import threading
+import time
+
+from bristle_ros.scene import SceneError
+import viser
+
+from . import colours
+from .curves import Curves
+from .panel import Panel
+from .stage import Stage
+
+PERIOD = 1.0 / 60.0     # [s] between looks at the source, which makes 30 frames a second
+SLOW = 0.25             # [s] between changes of text and curves
+
+
+class Page:
+    """
+    What browsers show; the same for all of them.
+
+    open_source(chosen) -> (source, names of scenes to choose from, the chosen one's)
+    """
+
+    def __init__(self, host, port, open_source):
+        """Listen; raises SceneError where the port is in use."""
+        check_port(host, port)
+        self._open, self._orders = open_source, queue.SimpleQueue()
+        with contextlib.redirect_stdout(io.StringIO()):     # viser's own greeting
+            self.server = viser.ViserServer(host=host, port=port, label='bristle_ros',
+                                            verbose=False)
+        self.port = self.server.get_port()
+        gui = self.server.gui
+        gui.configure_theme(show_logo=False, show_share_button=False, brand_color=colours.BRAND)
+        gui.main_panel.dock_right()
+        panel = gui.add_panel()
+        with panel.add_tab('Curves'):
+            self._curves = Curves(gui)
+        panel.dock_left()
+        panel.set_width(300)
+        self._source = self._stage = self._panel = None
+        self._lock = threading.Lock()   # held while the source is another one
+        self._slow_due = 0.0
+        self._status = None
+
+    def start(self, chosen):
+        """Show what is chosen; raises SceneError."""
+        source, names, name = self._open(chosen)
+        with self._lock:
+            self._close_source()
+            self._source = source
+            if source.scene is not None:
+                self._lay_out(names, name)
+
+    def _lay_out(self, names, name):
+        self._curves.window.clear()
+        self._stage = Stage(self.server, self._source.scene)
+        self._panel = Panel(self.server, self._source, self._act, names, name)
+
+    def _close_source(self):
+        for part in (self._panel, self._stage):
+            if part is not None:
+                part.remove()
+        if self._source is not None:
+            self._source.close()
+        self._source = self._stage = self._panel = None
+
+    def _act(self, order, *values):
+        """Do what a control asks for; callbacks of any browser call this."""
+        if order in ('choose', 'change'):
+            self.start((order, *values))
+        elif order == 'reset' and self._status and self._status.state == 'ended':
+            self.start(('again',))
+        else:
+            getattr(self._source, order)(*values)
+
+    def show(self):
+        """Bring what is new to the browsers."""
+        with self._lock:
+            if self._source is None or self._stage is None:
+                return
+            update = self._source.update()
+            self._status = update.status
+            if update.afresh:
+                self._curves.window.clear()
+                self._stage.forget_trail()
+            self._curves.window.add(update.rows)
+            self._stage.add_trail(update.trail)
+            if not self.server.get_clients() and self._status_shown():
+                return
+            with self.server.atomic():
+                if update.frame is not None:
+                    self._stage.show(update.frame)
+                if time.monotonic() >= self._slow_due:
+                    self._slow_due = time.monotonic() + SLOW
+                    self._panel.show(update.status, self._stage.largest)
+                    self._curves.draw()
+
+    def _status_shown(self):
+        return time.monotonic() < self._slow_due
+
+    def run(self, stopped):
+        """Show until stopped() is true."""
+        while not stopped():
+            began = time.monotonic()
+            self.show()
+            time.sleep(max(0.0, began + PERIOD - time.monotonic()))
+
+    def close(self):
+        """End the source and the server."""
+        with self._lock:
+            self._close_source()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.server.stop()
+
+
+def check_port(host, port):
+    """Raise SceneError where nobody can listen at this address."""
+    family = socket.AF_INET6 if ':' in host else socket.AF_INET
+    try:
+        with socket.socket(family) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((host, port))
+    except (OSError, UnicodeError, OverflowError) as error:
+        reason = getattr(error, 'strerror', None) or error
+        raise SceneError(f'cannot listen on {host} ({reason}): give another --port or --host',
+                         key='--port', value=port) from None
