@@ -5,19 +5,19 @@ from bristle_ros.lazy import lazily
 
 if TYPE_CHECKING:
     from .commands import (check_command as check_command, CommandRefused as CommandRefused,
-                           values_of as values_of)
+                           Values as Values, values_of as values_of)
     from .equilibrium import static_equilibrium as static_equilibrium
     from .model import (new_scratch as new_scratch, viscosity_of as viscosity_of,
                         WORST_ERROR as WORST_ERROR)
-    from .mount_path import MountPath as MountPath
+    from .mount_path import MountPath as MountPath, Pose as Pose
     from .simulation import Simulation as Simulation, StepFailure as StepFailure
     from .snapshot import NPZ_ARRAYS as NPZ_ARRAYS, Snapshot as Snapshot
 
 __getattr__, __dir__ = lazily(__name__, {
-    'commands': ['check_command', 'CommandRefused', 'values_of'],
+    'commands': ['check_command', 'CommandRefused', 'Values', 'values_of'],
     'equilibrium': ['static_equilibrium'],
     'model': ['new_scratch', 'viscosity_of', 'WORST_ERROR'],
-    'mount_path': ['MountPath'],
+    'mount_path': ['MountPath', 'Pose'],
     'simulation': ['Simulation', 'StepFailure'],
     'snapshot': ['NPZ_ARRAYS', 'Snapshot'],
 })

@@ -1,8 +1,12 @@
 """What may be commanded: the limits of a scene, known before anything is compiled."""
+from collections.abc import Iterable
 import math
 from numbers import Real
+from typing import Any, SupportsFloat, TypeAlias
 
-from bristle_ros.scene import depth_refusal
+from bristle_ros.scene import depth_refusal, Scene
+
+Values: TypeAlias = SupportsFloat | Iterable[SupportsFloat]     # of a command
 
 HIGHEST = 10.0  # [m] that a command may lift the brush: what road.penetration may be
 
@@ -11,24 +15,25 @@ class CommandRefused(ValueError):
     """A command that cannot be followed; `str()` is one line with the topic, value and limit."""
 
 
-def values_of(topic, values):
+def values_of(topic: str, values: Values) -> tuple[float, ...]:
     """Return the values of a command, also a bare number, as a tuple of floats."""
+    given: Any = values
     if isinstance(values, Real) or getattr(values, 'ndim', 1) == 0:
-        values = values,
+        given = values,
     try:
-        if any(isinstance(value, (str, bytes)) for value in (values, *values)):
+        if any(isinstance(value, (str, bytes)) for value in (given, *given)):
             raise TypeError
-        return tuple(float(value) for value in values)
+        return tuple(float(value) for value in given)
     except (TypeError, ValueError, OverflowError):
         raise CommandRefused(f'{topic}: {values!r}: must be numbers') from None
 
 
-def check_command(scene, topic, values):
+def check_command(scene: Scene, topic: str, given: Values) -> tuple[float, ...]:
     """Return the values of a command as a tuple; raise CommandRefused where it cannot be."""
     wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1}
     if not isinstance(topic, str) or topic not in wanted:
         raise CommandRefused(f'{topic}: no such command; there are {", ".join(wanted)}')
-    values = values_of(topic, values)
+    values = values_of(topic, given)
     if len(values) != wanted[topic]:
         raise CommandRefused(f'{topic}: {len(values)} values, wants {wanted[topic]}')
     if not all(math.isfinite(value) for value in values):
