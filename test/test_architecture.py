@@ -40,7 +40,7 @@ OWNERS = {
     'rich': ['verbs.simulate'],
     'viser': ['view.main', 'view.page'],
     'time': ['realtime.driver', 'realtime.pacing_thread', 'node.*', 'log.file', 'log.writer',
-             'simulation.simulation', 'verbs.*', 'report.*', 'view.child', 'view.page'],
+             'simulation.simulation', 'verbs.*', 'report.*', 'view.*'],
 }
 
 

@@ -16,6 +16,7 @@ from .frame import frame_of, row_of, Status, tracked, trail_of
 RATE = 30.0         # [Hz] of frames, at most
 KEPT = 4000         # chunks that a page which hangs may miss
 SHOWN, FAILED, END = 'shown', 'failed', ('end',)
+GONE = 'the process that simulates has ended'
 
 
 class Outbox:

@@ -10,7 +10,7 @@ _TABLE = np.stack([np.interp(np.linspace(0.0, 1.0, 256), np.linspace(0.0, 1.0, l
 _LINEAR = np.round(255.0 * (np.arange(256) / 255.0) ** 2.2).astype(np.uint8)
 
 BRAND = (30, 110, 165)
-STEEL, UNKNOWN = (96, 125, 150), (185, 190, 195)
+STEEL, UNKNOWN = (96, 125, 150), (90, 95, 100)
 BOARD, SHAFT, BOLT = (45, 55, 65), (120, 130, 138), (235, 175, 40)
 ARROW, TRAIL = (200, 30, 60), (20, 90, 160)
 ROAD, ROAD_DARK, ROAD_LINE = (206, 207, 208), (186, 188, 190), (226, 227, 228)

@@ -2,6 +2,7 @@
 import math
 from typing import NamedTuple
 
+from bristle_ros.scene import tip_depth
 import numpy as np
 
 TRACKED = 13    # bristles whose tips leave a trail, at most
@@ -24,12 +25,12 @@ class Frame(NamedTuple):
 class Status(NamedTuple):
     """What a page says of a run."""
 
-    state: str = 'compiling'    # compiling, running, paused, ended
+    state: str = 'compiling'    # or running, paused, ended; reading, playing
     t: float = 0.0              # [s]
     asked: float = 1.0          # real-time factor; 0: as fast as it goes
     reached: float = 0.0
-    late: int = 0               # chunks
-    error: float = 0.0          # estimated local error, per length of the bristle
+    late: object = 0            # chunks; None where that is not known
+    error: object = 0.0         # estimated local error, per length of the bristle; or None
     speed: float = 0.0          # [rad/s] of the brush
     text: str = ''              # why it ended, or what else there is to say
     warnings: tuple = ()        # of results that make no sense
@@ -71,6 +72,20 @@ def frame_of(snapshot, centreline, mount):
         snapshot.t, snapshot.theta, centreline.astype(np.float32),
         (snapshot.contact_force @ mount.rotation).astype(np.float32), mount.position,
         mount.orientation)
+
+
+def resting_pose(scene):
+    """
+    Return the mount's position [m] (3,) and quaternion x, y, z, w where nothing says it moved.
+
+    The attack angle turns about the horizontal axis across the way that the low side faces.
+    """
+    road, half = scene.road, 0.5 * scene.road.attack_angle
+    height = tip_depth(scene) - (road.penetration if scene.contact.enabled else 0.0)
+    sine = math.sin(half)
+    return (np.array((*scene.sweeper.mount_position, height)),
+            (-sine * math.sin(road.tilt_azimuth), sine * math.cos(road.tilt_azimuth), 0.0,
+             math.cos(half)))
 
 
 def straight(scene, theta):

@@ -1,7 +1,6 @@
 """The page: a server for browsers, and the loop that brings what a source has to them."""
 import contextlib
 import io
-import queue
 import socket
 import threading
 import time
@@ -28,7 +27,7 @@ class Page:
     def __init__(self, host, port, open_source):
         """Listen; raises SceneError where the port is in use."""
         check_port(host, port)
-        self._open, self._orders = open_source, queue.SimpleQueue()
+        self._open = open_source
         with contextlib.redirect_stdout(io.StringIO()):     # viser's own greeting
             self.server = viser.ViserServer(host=host, port=port, label='bristle_ros',
                                             verbose=False)
@@ -41,7 +40,7 @@ class Page:
             self._curves = Curves(gui)
         panel.dock_left()
         panel.set_width(300)
-        self._source = self._stage = self._panel = None
+        self._source = self._scene = self._stage = self._panel = None
         self._lock = threading.Lock()   # held while the source is another one
         self._slow_due = 0.0
         self._status = None
@@ -52,21 +51,28 @@ class Page:
         with self._lock:
             self._close_source()
             self._source = source
-            if source.scene is not None:
-                self._lay_out(names, name)
+            self._lay_out(names, name)
 
-    def _lay_out(self, names, name):
+    def _lay_out(self, names=(), name=''):
+        """Put there what depends on the scene, in the place of what was there."""
+        self._clear()
+        self._scene = self._source.scene
         self._curves.window.clear()
-        self._stage = Stage(self.server, self._source.scene)
+        if self._scene is not None:
+            self._stage = Stage(self.server, self._scene)
         self._panel = Panel(self.server, self._source, self._act, names, name)
 
-    def _close_source(self):
+    def _clear(self):
         for part in (self._panel, self._stage):
             if part is not None:
                 part.remove()
+        self._stage = self._panel = None
+
+    def _close_source(self):
+        self._clear()
         if self._source is not None:
             self._source.close()
-        self._source = self._stage = self._panel = None
+        self._source = None
 
     def _act(self, order, *values):
         """Do what a control asks for; callbacks of any browser call this."""
@@ -80,27 +86,32 @@ class Page:
     def show(self):
         """Bring what is new to the browsers."""
         with self._lock:
-            if self._source is None or self._stage is None:
+            if self._source is None:
                 return
             update = self._source.update()
             self._status = update.status
-            if update.afresh:
-                self._curves.window.clear()
-                self._stage.forget_trail()
-            self._curves.window.add(update.rows)
-            self._stage.add_trail(update.trail)
-            if not self.server.get_clients() and self._status_shown():
-                return
+            if self._source.scene is not self._scene:   # a node has told it, or has another one
+                self._lay_out()
+            if self._stage is not None:
+                self._keep(update)
+            slow = time.monotonic() >= self._slow_due
+            if not slow and not self.server.get_clients():
+                return      # nobody looks: four frames a second are there for who comes
             with self.server.atomic():
                 if update.frame is not None:
                     self._stage.show(update.frame)
-                if time.monotonic() >= self._slow_due:
+                if slow:
                     self._slow_due = time.monotonic() + SLOW
-                    self._panel.show(update.status, self._stage.largest)
+                    self._panel.show(update.status, self._stage.largest if self._stage else 0.0)
                     self._curves.draw()
 
-    def _status_shown(self):
-        return time.monotonic() < self._slow_due
+    def _keep(self, update):
+        """Take what curves and trails are made of."""
+        if update.afresh:
+            self._curves.window.clear()
+            self._stage.forget_trail()
+        self._curves.window.add(update.rows)
+        self._stage.add_trail(update.trail)
 
     def run(self, stopped):
         """Show until stopped() is true."""

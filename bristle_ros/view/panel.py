@@ -10,7 +10,8 @@ from . import colours
 LIFT = 20.0     # [mm] above the road to which the slider lifts the brush
 DEEP = 80.0     # [mm] penetration at which it ends, where the wires are long enough
 PAUSE, RESUME, STEP, RESET = 'Pause', 'Go on', 'One chunk', 'Reset'
-_STATES = {'compiling': '#8a6d00', 'running': '#1b7f3b', 'paused': '#666666', 'ended': '#b02020'}
+_STATES = {'compiling': '#8a6d00', 'running': '#1b7f3b', 'paused': '#666666', 'ended': '#b02020',
+           'reading': '#8a6d00', 'playing': '#1b7f3b', 'waiting': '#8a6d00', 'gone': '#b02020'}
 
 
 class Slider:
@@ -88,7 +89,7 @@ class Panel:
     def _put_player(self, source):
         with self._folder('Log'):
             self._time = self._gui.add_slider(
-                't [s]', 0.0, max(source.duration, 1e-3), max(1e-3, source.duration / 2000.0), 0.0)
+                't [s]', 0.0, max(source.duration, 1e-3), 1e-3, 0.0)
             buttons = self._gui.add_button_group('', ('Play', PAUSE))
             rate = self._gui.add_number('speed', 1.0, min=0.01, max=100.0, step=0.1)
         self._time.on_update(lambda event: event.client and self._try('seek', self._time.value))
@@ -180,6 +181,7 @@ class Panel:
         """Show a Status; largest [N]: force at which the scale of colours ends."""
         self._status.content = _status_html(status, largest)
         if self._time is not None:
+            self._time.max = max(self._source.duration, self._time.min + 1e-3)
             self._time.value = min(max(status.t, self._time.min), self._time.max)
 
     def remove(self):
@@ -202,19 +204,22 @@ def _status_html(status, largest):
             ('brush', f'<span data-value="speed">{status.speed:.2f}</span> rad/s, '
                       f'{status.speed * 30.0 / math.pi:.1f} rpm'),
             ('real-time factor', f'{status.reached:.2f}, {asked}'),
-            ('late chunks', f'{status.late}'),
-            ('local error', f'{status.error:.1e} lengths')]
+            ('late chunks', f'{status.late}' if status.late is not None else ''),
+            ('local error', f'{status.error:.1e} lengths' if status.error is not None else '')]
     cells = ''.join(f'<span style="color: #666">{name}</span><span>{value}</span>'
-                    for name, value in rows)
+                    for name, value in rows if value)
     notes = ''.join(f'<div style="color: #a05a00; margin-top: 4px">{html.escape(text)}</div>'
                     for text in (status.text, *status.warnings) if text)
     state = (f'<b data-value="state" style="color: {_STATES.get(status.state, "#333")}">'
              f'{status.state}</b>')
-    scale = (f'<div style="height: 8px; border-radius: 4px; margin-top: 8px; '
-             f'background: {colours.ramp()}"></div>'
-             '<div style="display: flex; justify-content: space-between; color: #666; '
-             f'font-size: 12px"><span>0</span><span>force on a wire</span>'
-             f'<span>{largest:.2g} N</span></div>')
+    if status.state in ('waiting', 'reading'):
+        cells = ''
+    scale = '' if not largest else (
+        f'<div style="height: 8px; border-radius: 4px; margin-top: 8px; '
+        f'background: {colours.ramp()}"></div>'
+        '<div style="display: flex; justify-content: space-between; color: #666; '
+        f'font-size: 12px"><span>0</span><span>force on a wire</span>'
+        f'<span>{largest:.2g} N</span></div>')
     return ('<div style="font-size: 13px; margin: 4px 8px; font-variant-numeric: tabular-nums">'
             f'{state}{notes}<div style="display: grid; grid-template-columns: auto 1fr; '
             f'column-gap: 14px; margin-top: 2px">{cells}</div>{scale}</div>')

@@ -24,7 +24,7 @@ class Process:
                                         name='bristle_ros view', daemon=True)
         self._process.start()
         theirs.close()
-        self._told = deque()
+        self._told, self._telling = deque(), threading.Lock()
         threading.Thread(target=self._listen, name='listen', daemon=True).start()
 
     def _listen(self):
@@ -32,7 +32,7 @@ class Process:
             while True:
                 self._told.append(self._connection.recv())
         except (EOFError, OSError):
-            self._told.append((child.FAILED, 'the process that simulates has ended'))
+            self._told.append((child.FAILED, child.GONE))
 
     def told(self):
         """Yield (kind, what) in the order in which they came."""
@@ -42,7 +42,8 @@ class Process:
     def tell(self, *order):
         """Have it obey an order, when it can."""
         try:
-            self._connection.send(order)
+            with self._telling:     # callbacks of several browsers
+                self._connection.send(order)
         except OSError:
             pass    # it has ended, and `told` says so
 
