@@ -29,11 +29,6 @@ class NodeSource:
         self._told = {}             # the watch's, from which `scene` comes
         self._values, self._last = {}, -np.inf      # of /diagnostics; [s] of the last row
 
-    @property
-    def controls(self):
-        """Whether it can be commanded: once its scene is known."""
-        return self.scene is not None
-
     def _know(self):
         """Take the node's scene, where it is a new one."""
         self._told = told = self._watch.scene

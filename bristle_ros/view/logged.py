@@ -19,8 +19,6 @@ class LogSource:
     path : of the log; clock() -> [s] steady, turned by hand in tests.
     """
 
-    controls = False
-
     def __init__(self, path, clock=time.monotonic):
         """Read its scene, and start reading the rest; raises SceneError."""
         self.scene = Recording(path).scene

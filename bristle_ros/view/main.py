@@ -22,7 +22,8 @@ def main(arguments):
     chooser = Chooser(options)
     chooser.check()
     from .page import Page
-    page = Page(options.host, options.port, chooser.open)
+    page = Page(options.host, options.port, chooser.open, scenes=chooser.names,
+                plays=chooser.plays)
     try:
         page.start(('first',))
         host = f'[{options.host}]' if ':' in options.host else options.host
@@ -81,19 +82,29 @@ class Chooser:
             self._name = given if Path(given).stem in self._scenes else Path(given).stem
             self._scenes[self._name] = Path(given)
 
+    @property
+    def names(self):
+        """Return the names of scenes that can be chosen."""
+        return () if self._node is not None or self._log is not None else tuple(self._scenes)
+
+    @property
+    def plays(self):
+        """Whether a log is shown."""
+        return self._log is not None
+
     def check(self):
         """Raise SceneError where the first choice cannot be used, before a page is there."""
         if self._node is None and self._log is None:
             load(self._scenes[self._name], self._overrides)
 
     def open(self, chosen):  # noqa: A003
-        """Return (source, names of scenes, name); raise SceneError, and nothing has changed."""
+        """Return (source, name of the scene); raise SceneError, and nothing has changed."""
         if self._node is not None:
             from .from_node import NodeSource
-            return NodeSource(self._node), (), ''
+            return NodeSource(self._node), ''
         if self._log is not None:
             from .logged import LogSource
-            return LogSource(self._log), (), ''
+            return LogSource(self._log), ''
         from .source import SceneSource
         name, overrides = self._name, self._overrides
         if chosen[0] == 'choose':
@@ -103,7 +114,7 @@ class Chooser:
             overrides = {**overrides, key: value}
         source = SceneSource(load(self._scenes[name], overrides))
         self._name, self._overrides = name, overrides
-        return source, tuple(self._scenes), name
+        return source, name
 
 
 def _pair(rule):

@@ -21,10 +21,11 @@ class Page:
     """
     What browsers show; the same for all of them.
 
-    open_source(chosen) -> (source, names of scenes to choose from, the chosen one's)
+    open_source(chosen) -> (source, the chosen scene's name); scenes: names to choose from; plays:
+    whether the source is a log
     """
 
-    def __init__(self, host, port, open_source):
+    def __init__(self, host, port, open_source, *, scenes=(), plays=False):
         """Listen; raises SceneError where the port is in use."""
         check_port(host, port)
         self._open = open_source
@@ -40,36 +41,30 @@ class Page:
             self._curves = Curves(gui)
         panel.dock_left()
         panel.set_width(300)
-        self._source = self._scene = self._stage = self._panel = None
+        self._panel = Panel(self.server, self._act, scenes=scenes, plays=plays)
+        self._source = self._scene = self._stage = None
         self._lock = threading.Lock()   # held while the source is another one
         self._slow_due = 0.0
         self._status = None
 
     def start(self, chosen):
         """Show what is chosen; raises SceneError."""
-        source, names, name = self._open(chosen)
+        source, name = self._open(chosen)
         with self._lock:
             self._close_source()
             self._source = source
-            self._lay_out(names, name)
+            self._lay_out(name)
 
-    def _lay_out(self, names=(), name=''):
+    def _lay_out(self, name=''):
         """Put there what depends on the scene, in the place of what was there."""
-        self._clear()
+        if self._stage is not None:
+            self._stage.remove()
         self._scene = self._source.scene
+        self._stage = Stage(self.server, self._scene) if self._scene is not None else None
         self._curves.window.clear()
-        if self._scene is not None:
-            self._stage = Stage(self.server, self._scene)
-        self._panel = Panel(self.server, self._source, self._act, names, name)
-
-    def _clear(self):
-        for part in (self._panel, self._stage):
-            if part is not None:
-                part.remove()
-        self._stage = self._panel = None
+        self._panel.take(self._scene, name)
 
     def _close_source(self):
-        self._clear()
         if self._source is not None:
             self._source.close()
         self._source = None
@@ -77,7 +72,11 @@ class Page:
     def _act(self, order, *values):
         """Do what a control asks for; callbacks of any browser call this."""
         if order in ('choose', 'change'):
-            self.start((order, *values))
+            try:
+                self.start((order, *values))
+            except SceneError:
+                self._panel.take_back()
+                raise
         elif order == 'reset' and self._status and self._status.state == 'ended':
             self.start(('again',))
         else:
@@ -102,7 +101,8 @@ class Page:
                     self._stage.show(update.frame)
                 if slow:
                     self._slow_due = time.monotonic() + SLOW
-                    self._panel.show(update.status, self._stage.largest if self._stage else 0.0)
+                    self._panel.show(update.status, self._stage.largest if self._stage else 0.0,
+                                     self._source.duration)
                     self._curves.draw()
 
     def _keep(self, update):

@@ -9,117 +9,133 @@ from . import colours
 
 LIFT = 20.0     # [mm] above the road to which the slider lifts the brush
 DEEP = 80.0     # [mm] penetration at which it ends, where the wires are long enough
-PAUSE, RESUME, STEP, RESET = 'Pause', 'Go on', 'One chunk', 'Reset'
+PLAY, PAUSE, RESUME, STEP, RESET = 'Play', 'Pause', 'Go on', 'One chunk', 'Reset'
 _STATES = {'compiling': '#8a6d00', 'running': '#1b7f3b', 'paused': '#666666', 'ended': '#b02020',
            'reading': '#8a6d00', 'playing': '#1b7f3b', 'waiting': '#8a6d00', 'gone': '#b02020'}
 
 
-class Slider:
-    """One commanded quantity: how it is called and shown, and which command it is a part of."""
+SPEED, DEPTH, FORWARD, LEFT, TURNING = (
+    'brush speed [rad/s]', 'penetration [mm]', 'forward [m/s]', 'to the left [m/s]',
+    'turning [rad/s]')
+# Slider: (command, which of its values, what is shown per SI unit, step)
+_SLIDERS = {
+    SPEED: ('cmd_brush_speed', 0, 1.0, 0.1), DEPTH: ('cmd_penetration', 0, 1e3, 0.5),
+    FORWARD: ('cmd_vel', 0, 1.0, 0.05), LEFT: ('cmd_vel', 1, 1.0, 0.05),
+    TURNING: ('cmd_vel', 2, 1.0, 0.05)}
 
-    def __init__(self, label, topic, part, scale, low, high, step):
-        """`scale` : what is shown per SI unit; `part` : which value of the command it is."""
-        self.label, self.topic, self.part, self.scale = label, topic, part, scale
-        self.low, self.high, self.step = low, high, step
 
-
-def sliders_of(scene):
-    """Return the Sliders of a scene and their values at its start, as they are shown."""
+def ranges_of(scene):
+    """Return (low, high, value at the start) of each slider of a scene, as they are shown."""
     drive, sweeper, road = scene.drive, scene.sweeper, scene.road
     speed = min(drive.max_speed, max(30.0, 2.0 * abs(drive.mean_speed)))
-    found = [(Slider('brush speed [rad/s]', 'cmd_brush_speed', 0, 1.0, -speed, speed, 0.1),
-              drive.mean_speed)]
+    found = {SPEED: (-speed, speed, drive.mean_speed)}
     if scene.contact.enabled:
-        deepest = DEEP
+        deepest, depth = DEEP, road.penetration * 1e3
         while depth_refusal(scene, deepest * 1e-3):
             deepest -= 1.0
-        low = min(-LIFT, road.penetration * 1e3)
-        found.append((Slider('penetration [mm]', 'cmd_penetration', 0, 1e3, low,
-                             max(deepest, road.penetration * 1e3), 0.5), road.penetration))
+        found[DEPTH] = min(-LIFT, depth), max(deepest, depth), depth
     fastest = min(sweeper.max_speed, max(3.0, *(abs(part) for part in sweeper.velocity)))
     side = 0.05 * int(fastest / math.sqrt(2.0) / 0.05)  # both at once stay within the limit
-    yaw = sweeper.max_yaw_rate
-    found += [(Slider('forward [m/s]', 'cmd_vel', 0, 1.0, -side, side, 0.05), sweeper.velocity[0]),
-              (Slider('to the left [m/s]', 'cmd_vel', 1, 1.0, -side, side, 0.05),
-               sweeper.velocity[1]),
-              (Slider('turning [rad/s]', 'cmd_vel', 2, 1.0, -yaw, yaw, 0.05), 0.0)]
-    return [(slider, value * slider.scale) for slider, value in found]
+    for label, value in zip((FORWARD, LEFT), sweeper.velocity):
+        found[label] = min(-side, value), max(side, value), value
+    found[TURNING] = -sweeper.max_yaw_rate, sweeper.max_yaw_rate, 0.0
+    return found
 
 
 class Panel:
     """
-    The controls of one source; `act` is called with a method's name of it and the arguments.
+    The controls; `act` is called with the name of what a source can do and the arguments.
 
     act('command', topic, values) may raise CommandRefused, act('change', text) SceneError: the
-    panel shows what they say, and sliders go back to where they were.
+    panel shows what they say, and sliders go back to where they were. Controls stay through
+    changes of the scene: browsers that come later would miss ones that had been there before.
     """
 
-    def __init__(self, server, source, act, scenes=(), chosen=''):
-        """Lay the controls out. scenes: names to choose from; chosen: the one that is shown."""
-        self._gui, self._act, self._source = server.gui, act, source
+    def __init__(self, server, act, *, scenes=(), plays=False):
+        """Lay the controls out. scenes: names to choose from; plays: for a log."""
+        self._gui, self._act = server.gui, act
         self._status = self._gui.add_html('')
         self._said = self._gui.add_html('', visible=False)
-        self._handles = [self._status, self._said]
-        self._values = {}       # of each slider: (slider, handle, value that holds)
-        self._time = None
+        self._values = {}       # of each slider: the value that holds
+        self._sliders, self._fields, self._folders = {}, {}, []
+        self._menu = self._time = self._factor = None
+        self._chosen = ''
         if scenes:
-            menu = self._gui.add_dropdown('scene', tuple(scenes), initial_value=chosen)
-            menu.on_update(lambda _: self._try('choose', menu.value))
-            self._handles.append(menu)
-        if source.duration is not None:
-            self._put_player(source)
-        if source.controls:
-            self._put_run(source)
-            self._put_sliders(source.scene)
-            self._put_exact()
-            if scenes:
-                self._put_keys()
+            self._menu = menu = self._gui.add_dropdown('scene', tuple(scenes))
+            menu.on_update(lambda event: event.client and self._try('choose', menu.value))
+        if plays:
+            self._put_player()
+            return
+        self._put_run()
+        self._put_sliders()
+        self._put_exact()
+        if scenes:
+            self._put_keys()
 
-    def _put_run(self, source):
+    def take(self, scene, chosen):
+        """Set the controls to a scene at its start; None: there is none yet to be commanded."""
+        for folder in self._folders:
+            folder.visible = scene is not None
+        if self._menu is not None:
+            self._menu.value = self._chosen = chosen
+        if scene is None or self._time is not None:
+            return
+        ranges = ranges_of(scene)
+        self._factor.value = scene.run.real_time_factor
+        self._values = {label: value for label, (_, _, value) in ranges.items()}
+        for label, slider in self._sliders.items():
+            slider.visible = self._fields[label].visible = label in ranges
+            if label in ranges:
+                slider.min, slider.max, value = ranges[label]
+                slider.value, self._fields[label].value = value, f'{value:.6g}'
+
+    def take_back(self):
+        """Show the scene again that is there: the one that was chosen cannot be used."""
+        if self._menu is not None:
+            self._menu.value = self._chosen
+
+    def _put_run(self):
         with self._folder('Run'):
             buttons = self._gui.add_button_group('', (PAUSE, RESUME, STEP, RESET))
-            factor = self._gui.add_number(
-                'real-time factor', source.scene.run.real_time_factor, min=0.0, step=0.1,
+            self._factor = self._gui.add_number(
+                'real-time factor', 1.0, min=0.0, step=0.1,
                 hint='simulated seconds per second; 0: as fast as it goes')
         orders = {PAUSE: ('pause', True), RESUME: ('pause', False), STEP: ('step',),
                   RESET: ('reset',)}
         buttons.on_click(lambda _: self._try(*orders[buttons.value]))
-        factor.on_update(lambda _: self._try('set_factor', factor.value))
+        self._factor.on_update(
+            lambda event: event.client and self._try('set_factor', self._factor.value))
 
-    def _put_player(self, source):
+    def _put_player(self):
         with self._folder('Log'):
-            self._time = self._gui.add_slider(
-                't [s]', 0.0, max(source.duration, 1e-3), 1e-3, 0.0)
-            buttons = self._gui.add_button_group('', ('Play', PAUSE))
+            self._time = self._gui.add_slider('t [s]', 0.0, 1.0, 1e-3, 0.0)
+            buttons = self._gui.add_button_group('', (PLAY, PAUSE))
             rate = self._gui.add_number('speed', 1.0, min=0.01, max=100.0, step=0.1)
         self._time.on_update(lambda event: event.client and self._try('seek', self._time.value))
         buttons.on_click(lambda _: self._try('pause', buttons.value == PAUSE))
         rate.on_update(lambda _: self._try('set_factor', rate.value))
 
-    def _put_sliders(self, scene):
+    def _put_sliders(self):
         with self._folder('Commands'):
-            for slider, value in sliders_of(scene):
-                low, high = min(slider.low, value), max(slider.high, value)
-                handle = self._gui.add_slider(slider.label, low, high, slider.step, value)
-                self._values[slider.label] = [slider, handle, value]
-                handle.on_update(
-                    lambda event, label=slider.label: event.client and self._slide(label))
+            for label, (_, _, _, step) in _SLIDERS.items():
+                slider = self._gui.add_slider(label, -1.0, 1.0, step, 0.0)
+                self._sliders[label] = slider
+                slider.on_update(
+                    lambda event, label=label: event.client and self._slide(label))
 
     def _put_exact(self):
-        """Numbers to type, without the sliders' ends: what a scene refuses it says itself."""
-        fields = {}
+        """Values to type, without the sliders' ends: what a scene refuses it says itself."""
         with self._folder('Exact values', open_=False):
             form = self._gui.add_form(None)
             with form:
-                for label, (_, _, value) in self._values.items():
-                    fields[label] = self._gui.add_text(label, f'{value:.6g}')
+                self._fields = {label: self._gui.add_text(label, '') for label in _SLIDERS}
                 send = self._gui.add_button('Send')
 
         def submit(_):
-            texts = {label: field.value for label, field in fields.items()}
-            if self._send(texts):
-                for _, handle, value in self._values.values():
-                    handle.value = min(max(value, handle.min), handle.max)
+            if self._send({label: self._fields[label].value for label in self._values}):
+                for label, value in self._values.items():
+                    slider = self._sliders[label]
+                    slider.value = min(max(value, slider.min), slider.max)
 
         send.on_click(lambda _: form.submit())
         form.on_submit(submit)
@@ -135,30 +151,33 @@ class Panel:
 
     def _folder(self, label, open_=True):
         folder = self._gui.add_folder(label, expand_by_default=open_)
-        self._handles.append(folder)
+        self._folders.append(folder)
         return folder
 
     def _slide(self, label):
-        _, handle, before = self._values[label]
-        if handle.value != before and not self._send({label: handle.value}):
-            handle.value = before
+        slider, before = self._sliders[label], self._values[label]
+        if slider.value == before:
+            return
+        if self._send({label: slider.value}):
+            self._fields[label].value = f'{slider.value:.6g}'
+        else:
+            slider.value = before
 
     def _send(self, given):
         """Send the commands that these sliders (label: number, or text) are; return success."""
-        wanted = {label: value for label, (_, _, value) in self._values.items()}
-        changed = {self._values[label][0].topic for label, value in given.items()
-                   if str(value) not in (str(wanted[label]), f'{wanted[label]:.6g}')}
+        changed = {_SLIDERS[label][0] for label, value in given.items()
+                   if value not in (self._values[label], f'{self._values[label]:.6g}')}
+        wanted = dict(self._values)
         try:
             wanted.update({label: _number(label, value) for label, value in given.items()})
             for topic in changed:
-                parts = [(slider.part, wanted[slider.label] / slider.scale)
-                         for slider, _, _ in self._values.values() if slider.topic == topic]
+                parts = [(part, wanted[label] / scale) for label, (of, part, scale, _)
+                         in _SLIDERS.items() if of == topic]
                 self._act('command', topic, [value for _, value in sorted(parts)])
         except (CommandRefused, SceneError) as refused:
             self.say(str(refused))
             return False
-        for label, value in wanted.items():
-            self._values[label][2] = value
+        self._values = wanted
         self.say('')
         return True
 
@@ -177,17 +196,16 @@ class Panel:
             '<div role="alert" style="color: #b02020; font-size: 13px; margin: 4px 8px">'
             f'{html.escape(text)}</div>')
 
-    def show(self, status, largest):
-        """Show a Status; largest [N]: force at which the scale of colours ends."""
-        self._status.content = _status_html(status, largest)
-        if self._time is not None:
-            self._time.max = max(self._source.duration, self._time.min + 1e-3)
-            self._time.value = min(max(status.t, self._time.min), self._time.max)
+    def show(self, status, largest, duration):
+        """
+        Show a Status.
 
-    def remove(self):
-        """Take the controls away."""
-        for handle in self._handles:
-            handle.remove()
+        largest [N] : where the scale of colours ends; duration [s] : of a log, else None
+        """
+        self._status.content = _status_html(status, largest)
+        if self._time is not None and duration:
+            self._time.max = duration
+            self._time.value = min(status.t, duration)
 
 
 def _number(label, text):

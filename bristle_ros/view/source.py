@@ -60,13 +60,12 @@ class SceneSource:
     """
     A scene that is simulated while it is looked at.
 
-    What all sources have: `scene`, None until it is known; `controls`, whether it can be
-    commanded; `duration` [s], None unless it is played; `update()`, what is new; `command`, which
-    raises CommandRefused in the scene's own words; `pause`, `step`, `reset`, `set_factor`; and
-    `close`.
+    What all sources have: `scene`, None until it is known; `duration` [s], None unless it is
+    played; `update()`, what is new; `pause`, `set_factor` and `close`. What can be commanded has
+    `command`, which raises CommandRefused in the scene's own words, `step` and `reset`; what is
+    played has `seek`.
     """
 
-    controls = True
     duration = None
 
     def __init__(self, scene):
