@@ -6,9 +6,10 @@ autostart, which came with 0.26.7. Two brushes: two_brushes.launch.py.
 """
 from pathlib import Path
 
-from ament_index_python.packages import get_package_share_directory
-from bristle_ros.scene import from_arguments, load
+from ament_index_python.packages import (get_package_prefix, get_package_share_directory,
+                                         PackageNotFoundError)
 from bristle_ros.messages import robot_description
+from bristle_ros.scene import from_arguments, load
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
@@ -28,6 +29,7 @@ ARGUMENTS = (
     ('rsp', 'false', 'whether robot_state_publisher draws the board and gives the transform '
                      'brush_mount to brush'),
     ('rviz', 'false', 'whether to open RViz'))
+WANTED = {'rsp': 'robot_state_publisher', 'rviz': 'rviz2'}
 SPELLINGS = {'true': True, '1': True, 'yes': True, 'false': False, '0': False, 'no': False}
 
 
@@ -42,6 +44,7 @@ def _brush(context):
     value = {name: LaunchConfiguration(name).perform(context).strip() for name, _, _ in ARGUMENTS}
     truth = {name: _truth(name, value[name])
              for name in ('use_sim_time', 'autostart', 'rsp', 'rviz')}
+    _look_up(truth)
     scene, changes = _scene_path(value['scene']), _changes(value['params'])
     given = {'use_sim_time': truth['use_sim_time'], 'run.autostart': truth['autostart']}
     # Texts are marked as such, or a log called 1 would become a number.
@@ -60,6 +63,17 @@ def _brush(context):
     if truth['rviz']:
         nodes.append(_rviz(value, truth))
     return nodes
+
+
+def _look_up(truth):
+    """Raise RuntimeError where a package is missing, before anything is started."""
+    for name, package in WANTED.items():
+        if truth[name]:
+            try:
+                get_package_prefix(package)
+            except PackageNotFoundError:
+                raise RuntimeError(f'{name}:=true: the package {package} is not installed: '
+                                   f'install it, or leave {name} out') from None
 
 
 def _state_publisher(value, truth, scene, changes):

@@ -73,6 +73,9 @@ def test_the_first_five_minutes(checkout):
         else:
             pytest.fail('the node ended before it was ready')
         printed = [run(line, checkout) for line in meanwhile]
+        too_fast = start('./run.sh examples/command.py cmd_brush_speed 1e6', checkout)
+        assert 'refused: cmd_brush_speed: 1e+06 rad/s is beyond' in too_fast.communicate()[0]
+        assert too_fast.returncode == 1
         node.send_signal(signal.SIGINT)
         node.communicate(timeout=LIMIT)
     finally:
@@ -82,7 +85,7 @@ def test_the_first_five_minutes(checkout):
     assert len(before) == len(after) == 5
     heights = [float(lines[-1].split(',')[-1]) for lines in (before, after)]
     assert heights[1] > heights[0] + 3.0    # [mm] the commanded penetration lifts the tip
-    assert all(text.startswith('sent cmd_') for text in printed[1:-1])
+    assert all(text.startswith('cmd_') and ' from step ' in text for text in printed[1:-1])
     verdict, drawn = (run(line, checkout) for line in afterwards)
     assert re.search(r'identical: \d+ messages, 2 commands', verdict), verdict
     assert (checkout / drawn.split()[-1]).read_bytes().startswith(b'\x89PNG')

@@ -138,6 +138,24 @@ def test_launch_arguments_fit_together():
         assert f'/{topic}' in PUBLISHED | OF_OTHERS
 
 
+@pytest.mark.parametrize(('name', 'package'), [
+    ('rsp', 'robot_state_publisher'), ('rviz', 'rviz2')])
+def test_what_is_not_installed_is_said_before_anything_starts(name, package):
+    one = launch_file('brush.launch.py')
+    asked = []
+
+    def prefix(package):
+        asked.append(package)
+        raise one['PackageNotFoundError'](package)
+
+    one['get_package_prefix'] = prefix
+    one['_look_up']({'rsp': False, 'rviz': False})
+    assert asked == []
+    with pytest.raises(RuntimeError, match=f'{name}:=true: the package {package} is not inst'):
+        one['_look_up']({'rsp': name == 'rsp', 'rviz': name == 'rviz'})
+    assert asked == [package]
+
+
 def test_what_launch_files_make_of_their_arguments(tmp_path):
     one, two = launch_file('brush.launch.py'), launch_file('two_brushes.launch.py')
     assert [one['_truth']('rviz', text) for text in ('true', 'False', '1', 'no')] == [

@@ -165,8 +165,8 @@ def main():
                        [(f'`{name}`', names[name], meaning)
                         for name, meaning in with_meaning(names, meanings, title)])
     lines += ['', '## Parameters', '',
-              'Keys of a scene file and parameters of the node alike. All but '
-              '`run.real_time_factor` are', 'read-only while the node runs.', '']
+              'Keys of a scene file and parameters of the node alike. They can be set while the '
+              'node is', 'unconfigured; after that, `run.real_time_factor` alone.', '']
     lines += table(('key', 'default', 'unit', 'meaning', 'range'),
                    [(f'`{key.name}`', f'`{spell(key.default)}`', key.unit, key.description,
                      key.range) for key in keys()])

@@ -146,6 +146,8 @@ class _Run:
         """Complete the log and leave the graph, within the time that launch leaves."""
         import rclpy
         self._node.finish()
+        if is_compiling(self._thread):
+            self._node.get_logger().info('stopped while kernels were compiled: nothing was run')
         if self._terminal:
             print('\x1b[K', end='', file=sys.stderr, flush=True)
         rclpy.try_shutdown()

@@ -1,10 +1,15 @@
 """The commands that the node subscribes to, and which of them it refuses."""
+import re
+import time
+
 from bristle_ros.simulation import CommandRefused
 from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import Float64
 
 from . import clocks as node_time
 from .topics import OVERRIDABLE, reliable
+
+QUIET = 5.0     # [s] between two lines about refusals for the same reason
 
 
 class Commands:
@@ -24,7 +29,8 @@ class Commands:
         """
         self._node, self._run, self._driver = node, run, driver
         self._active, self._own_time = active, own_time
-        self._subscriptions = []
+        self._subscriptions, self._told = [], {}
+        self.last_refusal = ''
         self._listen(Float64, 'cmd_brush_speed', lambda message: (message.data,))
         self._listen(Float64, 'cmd_penetration', lambda message: (message.data,))
         if run.stamped_cmd_vel:
@@ -44,10 +50,18 @@ class Commands:
             try:
                 self._driver.command(topic, values(message))
             except CommandRefused as refused:
-                self._node.get_logger().warning(f'refused: {refused}', throttle_duration_sec=5.0)
+                self._tell(str(refused))
 
         self._subscriptions.append(self._node.create_subscription(
             type_, topic, take, reliable(), qos_overriding_options=OVERRIDABLE))
+
+    def _tell(self, refusal):
+        self.last_refusal = refusal
+        # rclpy throttles by place in the code: of several reasons one would be heard
+        reason, now = re.sub(r'[-+.\w]*\d[-+.\w]*|nan|inf', '', refusal), time.monotonic()
+        if now - self._told.get(reason, -QUIET) >= QUIET:
+            self._told[reason] = now
+            self._node.get_logger().warning(f'refused: {refusal}')
 
     def _stamped(self, message):
         limit = self._run.command_timeout

@@ -40,8 +40,9 @@ class BrushNode(LifecycleNode):
 
     Subscribes: cmd_brush_speed, cmd_vel, cmd_penetration. Publishes: contact_wrench, tip_wrench,
     mount_wrench, tip_pose, joint_states, bristle_markers, /diagnostics and, if asked, /clock.
-    Services: ~/pause, ~/step, ~/reset. Configure compiles and opens the log, activate steps,
-    deactivate holds, cleanup releases; what goes wrong in one of them releases too.
+    Services: ~/pause, ~/step, ~/reset. Configure builds what the parameters say by then, compiles
+    and opens the log; activate steps, deactivate holds, cleanup releases; what goes wrong in one
+    of them releases too.
     """
 
     def __init__(self, scene, on_end, *, wall_ns):
@@ -62,10 +63,11 @@ class BrushNode(LifecycleNode):
         self._driver = self._log = self._outputs = self._pacing = self._last = None
         self._follower = self._commands = self._events = None
         self._servers, self._stopping, self._opening = [], False, threading.Lock()
-        self._stepping, self._log_failed, self._late_before = False, False, 0
+        self._stepping, self._log_failed = False, False
+        self._late_before = self._shed_before = self._step_before = 0
         self.normal_force, self.torque = [], []     # filled while `watched`
         self.watched = False
-        node_parameters.declare(self, scene, self._set_real_time_factor)
+        node_parameters.declare(self, self._set_real_time_factor)
         self.create_timer(1.0, self._diagnose, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     # Transitions; the executor's thread runs them.
@@ -107,6 +109,8 @@ class BrushNode(LifecycleNode):
         result = super().on_activate(state)
         self._pacing = PacingThread(self._driver, self._deliver, self._on_end)
         self._pacing.start()
+        if self._driver.paused:
+            self.get_logger().info('paused while it was inactive: ~/pause with false goes on')
         return result
 
     @_told
@@ -170,7 +174,13 @@ class BrushNode(LifecycleNode):
             self._events.destroy(self)
         self._commands = self._follower = self._outputs = self._events = None
         self._driver = self._log = self._last = None
-        self._log_failed, self._late_before = False, 0
+        self._log_failed = False
+        self._late_before = self._shed_before = self._step_before = 0
+
+    @property
+    def unconfigured(self):
+        """Whether the scene may still be changed."""
+        return self._driver is None
 
     def _wake(self):
         if self._pacing:
@@ -267,12 +277,16 @@ class BrushNode(LifecycleNode):
             self.get_logger().error(f'logging ended, the brush goes on: {log.failed}')
         late = driver.late_chunks - self._late_before
         self._late_before = driver.late_chunks
-        reached = driver.reached()
+        given_up, self._shed_before = driver.shed - self._shed_before, driver.shed
+        chunks = (driver.total_step - self._step_before) / driver.chunk
+        self._step_before = driver.total_step
+        reached = driver.reached() if self._pacing else 0.0
         still = self._follows and not driver.real_time_factor   # its clock is
         running = self._pacing and not driver.paused and not still
         level, text = OK, 'running' if running else 'holding'
-        if late:
-            level, text = WARN, f'{late} late chunks in the last second'
+        if given_up or late > max(1.0, 0.01 * chunks):
+            level, text = WARN, (f'{late} late chunks in the last second, '
+                                 f'{given_up * 1e-9:.3g} s given up')
         news = self._follower.news() if self._follower and self._pacing else ''
         if news:
             level, text = WARN, news
@@ -287,6 +301,7 @@ class BrushNode(LifecycleNode):
             'Newton failures': getattr(driver.simulation, 'newton_failures', 0),
             'log backlog': log.backlog if log else 0,
             'refused commands': driver.refused,
+            'last refusal': self._commands.last_refusal,
             'simulation time [s]': f'{driver.total_step * driver.its:.6f}',
             **(driver.budget.values() if driver.budget else {}),
             **(self._follower.values() if self._follower else {})}

@@ -1,7 +1,8 @@
-"""A scene's keys as ROS parameters: described, ranged, and fixed but for the real-time factor."""
+"""A scene's keys as ROS parameters: described, ranged, and fixed from configure on."""
+from array import array
 from contextlib import contextmanager
 
-from bristle_ros.scene import keys, SceneError, to_parameters
+from bristle_ros.scene import from_parameters, keys, SceneError, to_parameters
 from rcl_interfaces.msg import (FloatingPointRange, IntegerRange, ParameterDescriptor,
                                 SetParametersResult)
 
@@ -11,14 +12,15 @@ REAL_TIME_FACTOR = 'run.real_time_factor'
 _INT64 = 2**63 - 1
 
 
-def declare(node, scene, on_real_time_factor):
+def declare(node, on_real_time_factor):
     """
-    Declare every key of the scene on the node; the values are the scene's, already checked.
+    Declare every key of `node.scene`; the values are the scene's, already checked.
 
-    on_real_time_factor(factor) is called when somebody sets the one parameter that can be set.
+    They can be set while the node is unconfigured, and `node.scene` is then the scene that they
+    make; after that only the real-time factor, told to on_real_time_factor(factor).
     """
     by_name = {key.name: key for key in keys()}
-    values = to_parameters(scene)
+    values = to_parameters(node.scene)
     node.declare_parameters(
         '', [(name, values[name], describe(key)) for name, key in by_name.items()],
         ignore_override=True)  # rcl's own overrides: the scene has been made from them
@@ -26,25 +28,38 @@ def declare(node, scene, on_real_time_factor):
     follows = node.get_parameter(SIM_TIME).value
 
     def check(parameters):
-        for parameter in parameters:
-            if parameter.name == SIM_TIME and parameter.value != follows:
-                return _refused(f'{SIM_TIME} is fixed when the node starts')
-            if parameter.name == REAL_TIME_FACTOR:
-                if follows:
-                    return _refused(f'with {SIM_TIME}, /clock sets the pace')
-                try:
-                    by_name[parameter.name].check(parameter.value)
-                except SceneError as error:
-                    return _refused(str(error))
+        given = {parameter.name: parameter.value for parameter in parameters}
+        if given.get(SIM_TIME, follows) != follows:
+            return _refused(f'{SIM_TIME} is fixed when the node starts')
+        if follows and REAL_TIME_FACTOR in given:
+            return _refused(f'with {SIM_TIME}, /clock sets the pace')
+        fixed = sorted(given.keys() & by_name.keys() - {REAL_TIME_FACTOR})
+        if fixed and not node.unconfigured:
+            return _refused(f'{fixed[0]} is fixed while the node is configured: clean it up '
+                            '(lifecycle cleanup), set it, and configure again')
+        try:
+            _changed(node.scene, given)
+        except SceneError as error:
+            return _refused(str(error))
         return SetParametersResult(successful=True)
 
     def take(parameters):
-        for parameter in parameters:
-            if parameter.name == REAL_TIME_FACTOR:
-                on_real_time_factor(float(parameter.value))
+        given = {parameter.name: parameter.value for parameter in parameters}
+        if node.unconfigured:
+            node.scene = _changed(node.scene, given)
+        if REAL_TIME_FACTOR in given:
+            on_real_time_factor(float(given[REAL_TIME_FACTOR]))
 
     node.add_on_set_parameters_callback(check)
     node.add_post_set_parameters_callback(take)
+
+
+def _changed(scene, given):
+    """Return the scene with parameters of ROS in it; others are passed over. Raises SceneError."""
+    values = to_parameters(scene)
+    values |= {name: list(value) if isinstance(value, array) else value
+               for name, value in given.items() if name in values}
+    return from_parameters(values, 'parameters')
 
 
 @contextmanager
@@ -72,7 +87,6 @@ def describe(key):
     unit = f' [{key.unit}]' if key.unit not in ('', '1') else ''
     descriptor = ParameterDescriptor(
         description=f'{key.description}{unit}', additional_constraints=key.range,
-        read_only=key.name != REAL_TIME_FACTOR,
         # An integer is welcome where a double is meant; key.check does the judging.
         dynamic_typing=key.kind in ('float', 'pair'))
     if key.kind == 'float':

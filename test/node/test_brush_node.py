@@ -92,7 +92,8 @@ def test_in_the_loop(scene, user, tmp_path):
         code, printed = brush.end()
     assert code == 0, printed
     assert 'Traceback' not in printed
-    assert 'refused' in printed
+    assert re.search('refused: .* is not finite', printed)
+    assert re.search('refused: .* beyond drive.max_speed', printed), 'each reason is told'
     assert heard['tip_wrench'][-1].header.frame_id == 'road'
     assert heard['contact_wrench'][-1].header.frame_id == 'brush_mount'
     assert [(marker.ns, marker.id) for marker in heard['bristle_markers'][-1].markers] == [
@@ -227,7 +228,6 @@ def test_parameters(scene, user):
         user.until(lambda: states, 'joint_states')
         (described,) = user.call(DescribeParameters, 'brush_node/describe_parameters',
                                  names=['bristle.length']).descriptors
-        assert described.read_only
         assert described.floating_point_range[0].from_value > 0.0
         values = user.call(GetParameters, 'brush_node/get_parameters',
                            names=[factor, 'brush.bristle_count', 'sweeper.velocity']).values
@@ -245,8 +245,8 @@ def test_parameters(scene, user):
         negative = set_to(factor, type=ParameterType.PARAMETER_DOUBLE, double_value=-1.0)
         assert not negative.successful
         assert not set_to(factor, type=ParameterType.PARAMETER_STRING, string_value='a').successful
-        assert not set_to('bristle.length', type=ParameterType.PARAMETER_DOUBLE,
-                          double_value=0.2).successful
+        fixed = set_to('bristle.length', type=ParameterType.PARAMETER_DOUBLE, double_value=0.2)
+        assert 'fixed while the node is configured' in fixed.reason
         assert brush.end()[0] == 0
 
 
@@ -367,6 +367,16 @@ def test_lifecycle_by_hand(scene, user, tmp_path):
         states = user.listen(JointState, 'joint_states')
         assert state() == 'unconfigured'
         assert not change(Transition.TRANSITION_ACTIVATE), 'not before it is configured'
+
+        def set_to(**values):
+            return user.call(SetParameters, 'brush_node/set_parameters', parameters=[
+                Parameter(name=name.replace('__', '.'), value=ParameterValue(
+                    type=ParameterType.PARAMETER_DOUBLE, double_value=value))
+                for name, value in values.items()]).results[0]
+
+        refused = set_to(friction__kinetic=2.0)
+        assert 'kinetic friction above friction.static' in refused.reason
+        assert set_to(road__penetration=0.0123).successful, 'configure builds what is set by then'
         assert change(Transition.TRANSITION_CONFIGURE)
         assert not user.call(Trigger, 'brush_node/step').success, 'not before it is active'
         assert change(Transition.TRANSITION_ACTIVATE)
@@ -375,13 +385,19 @@ def test_lifecycle_by_hand(scene, user, tmp_path):
         held = user.pause(states)   # that it is paused as well tells its time
         assert user.call(SetBool, 'brush_node/pause', data=False).success
         assert user.came(states) == 0, 'inactive'
+        assert user.call(SetBool, 'brush_node/pause', data=True).success
+        reports = user.listen(DiagnosticArray, '/diagnostics')
+        user.until(lambda: reports, 'diagnostics while inactive')
+        assert float(told(reports[-1])['real-time factor reached']) == 0.0
         assert change(Transition.TRANSITION_ACTIVATE)
+        assert user.call(SetBool, 'brush_node/pause', data=False).success
         user.until(lambda: seconds(states[-1]) > held + 0.05, 'going on')
         assert change(Transition.TRANSITION_DEACTIVATE)
         user.pause(states)
         before = len(states)
         assert change(Transition.TRANSITION_CLEANUP)
         assert (log / 'metadata.yaml').exists(), 'cleanup completes the log'
+        assert Recording(log).scene.road.penetration == 0.0123
         assert follow_each_other(log), 'it went on where it was held'
         assert not change(Transition.TRANSITION_CONFIGURE), 'that log exists already'
         assert state() == 'unconfigured'
@@ -400,6 +416,7 @@ def test_lifecycle_by_hand(scene, user, tmp_path):
         code, printed = brush.end()
     assert code == 0, printed
     assert printed.count('exists already') == 1, printed
+    assert printed.count('paused while it was inactive') == 1, printed
     assert 'Traceback' not in printed
 
 
