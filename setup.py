@@ -43,7 +43,7 @@ setup(
         'rosbags>=0.10'],
     extras_require={
         'peers': ['exudyn', 'mujoco'],
-        'test': ['hypothesis', 'mcap-ros2-support', 'mypy', 'pytest', 'ruff'],
+        'test': ['hypothesis', 'mcap-ros2-support', 'mypy', 'pytest', 'ruff', 'selenium'],
         'view': ['viser>=1.1,<2'],
     },
     zip_safe=False,

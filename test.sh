@@ -4,6 +4,11 @@
 here=$(cd "$(dirname "$0")" && pwd)
 . "$here/tools/venv.sh"
 cd "$here" || exit 2
-prepare_venv stamp-test requirements.txt requirements-test.txt
+prepare_venv stamp-test requirements.txt requirements-view.txt requirements-test.txt
+# Pages are looked at with Debian's browser: apt install chromium chromium-driver
+if ! command -v chromium > /dev/null || ! command -v chromedriver > /dev/null; then
+    echo "bristle_ros: no chromium with chromedriver: leaving out the tests marked browser" >&2
+    set -- -m 'not browser' "$@"
+fi
 echo "bristle_ros: running the tests, some minutes; the first time compiles as well" >&2
 exec "$python" -m pytest --fail-on-skip "$@"

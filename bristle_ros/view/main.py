@@ -79,7 +79,9 @@ class Chooser:
                 raise SceneError('a log has its own scene: leave it out', key='-p',
                                  value=options.overrides[0])
         else:
-            self._name = given if Path(given).stem in self._scenes else Path(given).stem
+            known = self._scenes.get(Path(given).stem)
+            same = known is None or known == Path(given).resolve()
+            self._name = Path(given).stem if same else given
             self._scenes[self._name] = Path(given)
 
     @property

@@ -79,7 +79,7 @@ class Page:
                 raise
         elif order == 'reset' and self._status and self._status.state == 'ended':
             self.start(('again',))
-        else:
+        elif self._source is not None:
             getattr(self._source, order)(*values)
 
     def show(self):

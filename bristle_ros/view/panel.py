@@ -1,6 +1,7 @@
 """The controls of the page, the same for all who have it open."""
 import html
 import math
+import threading
 
 from bristle_ros.scene import depth_refusal, SceneError
 from bristle_ros.simulation import CommandRefused
@@ -59,6 +60,7 @@ class Panel:
         self._values = {}       # of each slider: the value that holds
         self._sliders, self._fields, self._folders = {}, {}, []
         self._menu = self._time = self._factor = None
+        self._busy = threading.Lock()   # callbacks come in threads of their own
         self._chosen = ''
         if scenes:
             self._menu = menu = self._gui.add_dropdown('scene', tuple(scenes))
@@ -132,10 +134,11 @@ class Panel:
                 send = self._gui.add_button('Send')
 
         def submit(_):
-            if self._send({label: self._fields[label].value for label in self._values}):
-                for label, value in self._values.items():
-                    slider = self._sliders[label]
-                    slider.value = min(max(value, slider.min), slider.max)
+            with self._busy:
+                if self._send({label: self._fields[label].value for label in self._values}):
+                    for label, value in self._values.items():
+                        slider = self._sliders[label]
+                        slider.value = min(max(value, slider.min), slider.max)
 
         send.on_click(lambda _: form.submit())
         form.on_submit(submit)
@@ -155,13 +158,15 @@ class Panel:
         return folder
 
     def _slide(self, label):
-        slider, before = self._sliders[label], self._values[label]
-        if slider.value == before:
-            return
-        if self._send({label: slider.value}):
-            self._fields[label].value = f'{slider.value:.6g}'
-        else:
-            slider.value = before
+        with self._busy:    # else of two callbacks the older one may come last
+            slider, before = self._sliders[label], self._values[label]
+            value = slider.value
+            if value == before:
+                return
+            if self._send({label: value}):
+                self._fields[label].value = f'{value:.6g}'
+            else:
+                slider.value = before
 
     def _send(self, given):
         """Send the commands that these sliders (label: number, or text) are; return success."""
