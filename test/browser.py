@@ -26,6 +26,7 @@ class Browser:
         self.driver = webdriver.Chrome(
             options=options, service=webdriver.ChromeService(shutil.which('chromedriver')))
         self.driver.set_script_timeout(LIMIT)
+        self._logged = []
 
     def open(self, url):  # noqa: A003
         self.driver.get(url)
@@ -36,11 +37,11 @@ class Browser:
         while True:
             try:
                 found = condition()
-            except (WebDriverException, TypeError, ValueError):     # it is drawn anew just now
+            except (WebDriverException, IndexError, TypeError, ValueError):    # drawn anew now
                 found = None
             if found:
                 return found
-            assert time.monotonic() < end, f'{what}: not within {LIMIT} s; it shows {self.text()}'
+            assert time.monotonic() < end, f'{what}: not within {LIMIT} s: {self.text()}'
             time.sleep(0.2)
 
     def text(self):
@@ -67,18 +68,23 @@ class Browser:
         self.driver.execute_script('arguments[0].click()', header)
 
     def fill(self, label, text):
-        """Write into the field that comes after the last such label."""
-        field = self.driver.find_elements(
-            By.XPATH, f'//*[normalize-space(text())="{label}"]/following::input[@type="text"]')[0]
+        """Write into the field of a form."""
+        field = self.driver.find_element(
+            By.XPATH, f'//form//label[normalize-space()="{label}"]/following::input[1]')
         self.driver.execute_script(
             'const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;'
             'set.call(arguments[0], arguments[1]);'
             'arguments[0].dispatchEvent(new Event("input", {bubbles: true}))', field, text)
 
+    def log(self):
+        """Return all that the console has said."""
+        self._logged += self.driver.get_log('browser')
+        return '\n'.join(entry['message'] for entry in self._logged)
+
     def errors(self):
-        """Return what the console has called an error since the last call."""
-        return [entry['message'] for entry in self.driver.get_log('browser')
-                if entry['level'] == 'SEVERE'
+        """Return what the console has called an error."""
+        self.log()
+        return [entry['message'] for entry in self._logged if entry['level'] == 'SEVERE'
                 and not any(word in entry['message'] for word in EXPECTED)]
 
     def close(self):
