@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """
-Hold the force of the road on the brush: ./run.sh examples/hold_force.py NEWTON [CONTACT_TOPIC].
+Hold the force of the road on the brush: ./run.sh examples/hold_force.py NEWTON.
 
 Reads contact_wrench, commands cmd_penetration: an integral controller, since the force grows with
-the depth and follows it within a turn. Force is taken along the brush axis, mean over AVERAGE.
+the depth and follows it within a turn. A brush in the air goes down to HIGHEST and no further;
+one whose controller has died stays where it is. The force is that along the brush axis.
 """
 import math
 import sys
@@ -14,19 +15,19 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from std_msgs.msg import Float64
 
-AVERAGE = 0.2           # [s] time constant of the mean: impacts are no signal
-SETTLING = 0.8          # [s] in which a deviation falls to 1/e, some times AVERAGE
-STIFFNESS = 20.0        # [N/m] of one newton of asked force: a brush that yields 50 mm at it
+AVERAGE = 0.1           # [s] time constant of the mean: impacts are no signal
+SETTLING = 1.0          # [s] in which a deviation falls to 1/e, some times AVERAGE,
+DEPTH = 0.05            # [m] where each metre of depth adds 1 / DEPTH of the force asked for
 LOWEST, HIGHEST = -0.02, 0.06   # [m] of penetration: lifted, and as deep as it may go
 PERIOD = 0.02           # [s] of simulation time between commands
 
 
 class HoldForce(Node):
-    """Moves the road until the mean force is what was asked for."""
+    """Moves the brush until the mean force is what was asked for."""
 
     def __init__(self, wanted):
         super().__init__('hold_force')
-        self.wanted, self.gain = wanted, 1.0 / (STIFFNESS * wanted * SETTLING)  # [m/(N s)]
+        self.wanted, self.gain = wanted, DEPTH / (wanted * SETTLING)    # [N], [m/(N s)]
         self.mean, self.depth, self.before, self.due = None, 0.0, None, -math.inf
         self.command = self.create_publisher(Float64, 'cmd_penetration', 10)
         self.create_subscription(WrenchStamped, 'contact_wrench', self.hear, 10)

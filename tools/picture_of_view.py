@@ -19,7 +19,7 @@ from PIL import Image  # noqa: E402
 
 SIZE = 1440, 900
 PORT = '8099'
-SETTLED = 6.0   # [s] of simulation time after which curves fill their charts
+SETTLED = 7.0   # [s] of simulation time after which curves fill their charts
 
 
 def main():

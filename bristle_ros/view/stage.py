@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from . import colours
-from .frame import rotation_of
+from .frame import rotation_of, tracked
 
 FORCE_SCALE = 0.5       # [m/N] of arrows, the force of all wires that a bristle stands for
 LONGEST = 0.6           # and their greatest length, in lengths of a bristle
@@ -35,10 +35,9 @@ class Stage:
         self._board = self._nodes.add_frame('/mount/board', show_axes=False)
         self._put_board()
         self._road = self._put_road() if scene.contact.enabled else None
-        self._ground = self._nodes.add_frame('/ground', show_axes=False)
         self._wires = self._arrows = self._trails = None
         self.largest = 0.0      # [N] on a wire where the scale of colours ends
-        self._trail, self._trail_scale = deque(maxlen=TRAIL), 0.0
+        self._trail, self._tracked = deque(maxlen=TRAIL), len(tracked(brush.bristle_count))
         self._place_camera()
 
     def _place_camera(self):
@@ -76,7 +75,6 @@ class Stage:
         self._board.wxyz = math.cos(0.5 * frame.theta), 0.0, 0.0, math.sin(0.5 * frame.theta)
         if self._road is not None:
             self._road.position = -(x % TILE), -(y % TILE), -0.002
-        self._ground.position = -x, -y, 0.0
         self._show_wires(frame)
         self._show_forces(frame)
         self._show_trails(frame)
@@ -134,33 +132,30 @@ class Stage:
         self._trail.clear()
 
     def _show_trails(self, frame):
-        if len(self._trail) < 2:
-            if self._trails is not None:
-                self._trails.visible = False
-            return
-        points = np.array(self._trail)
-        pairs = np.stack((points[:-1], points[1:]), axis=2)
-        age = np.linspace(0.0, 1.0, len(pairs))[:, None]
-        shown = np.isfinite(pairs).all(axis=(2, 3))
-        shade = np.array(colours.ROAD) + age[..., None] * (
-            np.array(colours.TRAIL) - np.array(colours.ROAD))
-        shade = np.broadcast_to(shade[:, :, None], pairs.shape)[shown]
-        shade = colours.of_lines(shade)
-        pairs = pairs[shown]
-        pairs[..., 2] += 0.001
-        if not len(pairs):
-            return
+        # Of one size all the time, which costs a browser the least: what is not there is a point.
+        x, y, _ = frame.mount.tolist()
+        pairs = np.zeros((TRAIL - 1, self._tracked, 2, 3), np.float32)
+        points = np.array(self._trail).reshape(len(self._trail), self._tracked, 3)
+        if len(points) > 1:
+            known = np.stack((points[:-1], points[1:]), axis=2) - (x, y, -0.001)
+            known[~np.isfinite(known).all(axis=(2, 3))] = 0.0
+            pairs[-len(known):] = known
+        pairs = pairs.reshape(-1, 2, 3)
         if self._trails is None:
+            age = np.linspace(0.0, 1.0, TRAIL - 1)[:, None]
+            shade = np.array(colours.ROAD) + age * np.subtract(colours.TRAIL, colours.ROAD)
+            shade = np.repeat(colours.of_lines(shade), 2 * self._tracked, axis=0)
             self._trails = self._nodes.add_line_segments(
-                '/ground/trails', pairs, shade, thickness=0.005 * self._scene.bristle.length)
+                '/trails', pairs, shade.reshape(-1, 2, 3),
+                thickness=0.005 * self._scene.bristle.length)
         else:
-            self._trails.visible = True
-            self._trails.points, self._trails.colors = pairs, shade
+            self._trails.points = pairs
 
     def remove(self):
         """Take everything away."""
-        for name in ('/mount', '/road', '/ground'):
-            self._nodes.remove_by_name(name)
+        for name in ('/mount', '/road', '/trails'):
+            if self._nodes.get_handle_by_name(name) is not None:
+                self._nodes.remove_by_name(name)
 
 
 def _asphalt(pixels=64):
