@@ -3,8 +3,8 @@ A rotating brush of flexible bristles on a road, simulated by beam finite elemen
 
 Three calls serve scripts: `load(path)` reads a Scene, `build(scene)` makes its Simulation, and
 `simulate(...)` runs one to its end. What they raise is here too: SceneError (unusable input),
-StepFailure (it could not go on), CommandRefused, CompilerRefused. All are imported when first
-asked for: `--help` needs no numba.
+StepFailure (it could not go on), CommandRefused, CompilerRefused; RunWarning is what it warns of.
+All are imported when first asked for: `--help` needs no numba.
 """
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from .verbs.simulate import simulate as simulate
 
 __version__ = '0.1.0'
-__all__ = ['CommandRefused', 'CompilerRefused', 'SceneError', 'StepFailure', '__version__',
-           'build', 'load', 'simulate']
+__all__ = ['CommandRefused', 'CompilerRefused', 'RunWarning', 'SceneError', 'StepFailure',
+           '__version__', 'build', 'load', 'simulate']
 
 _PLACES = {'load': ('scene', 'load'), 'build': ('simulation', 'Simulation'),
            'simulate': ('verbs.simulate', 'simulate'), 'SceneError': ('scene', 'SceneError'),
            'StepFailure': ('simulation', 'StepFailure'),
+           'RunWarning': ('simulation', 'RunWarning'),
            'CommandRefused': ('simulation', 'CommandRefused'),
            'CompilerRefused': ('physics.compiler', 'CompilerRefused')}
 

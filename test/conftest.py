@@ -15,6 +15,7 @@ os.environ['PYTHONPATH'] = str(ROOT)
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
 _domains = itertools.count(1 + os.getpid() % 90)
+ABSENT = pytest.StashKey()     # tests left out -> the program that they need
 # Arithmetic that goes wrong in Python code is an error; compiled code answers with a status.
 np.seterr(divide='raise', over='raise', invalid='raise')
 
@@ -22,6 +23,21 @@ np.seterr(divide='raise', over='raise', invalid='raise')
 def pytest_addoption(parser):
     parser.addoption('--fail-on-skip', action='store_true',
                      help='a test that is skipped fails the run')
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave out what needs a program that is not here, and say so: it must not pass for done."""
+    absent = {item.nodeid: mark.args[0] for item in items
+              for mark in item.iter_markers('needs') if not mark.args[1]()}
+    if absent:
+        config.stash[ABSENT] = absent
+        config.hook.pytest_deselected(items=[item for item in items if item.nodeid in absent])
+        items[:] = [item for item in items if item.nodeid not in absent]
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    for nodeid, program in config.stash.get(ABSENT, {}).items():
+        terminalreporter.write_line(f'not run, {program} is not here: {nodeid}', yellow=True)
 
 
 @pytest.hookimpl(trylast=True)

@@ -12,7 +12,8 @@ def random_snapshot(seed, bristles=2):
     rng = np.random.default_rng(seed)
     shapes = {'tip_orientation': (bristles, 4), 'tip_orientation_mount': (bristles, 4),
               'brush_force': (3,), 'brush_torque': (3,), 'contact_force_mount': (3,),
-              'contact_torque_mount': (3,)}
+              'contact_torque_mount': (3,),
+              **{f'clamp_stress{which}': (bristles, 4) for which in ('', '_min', '_max')}}
     scalars = {'t': 0.25, 'theta': 1.5, 'omega': -10.472, 'energy_kinetic': 1.0,
                'energy_elastic': np.nan, 'energy_dissipated': 0.0, 'work_external': 0.0,
                'error_estimate': 1e-6, 'step': 250, 'newton_iterations': 7, 'substeps': 5}

@@ -54,6 +54,8 @@ def test_foxglove():
     panels = layout['configById']
     placed = re.findall(r"'(\w+!\w+)'", str(layout['layout']))
     assert sorted(placed) == sorted(panels), 'every panel has its place, once'
+    for kind in ('Publish', 'Diagnostic'):
+        assert any(name.startswith(kind) for name in panels)
     for name, panel in panels.items():
         for topic in panel.get('topics', {}):
             assert topic in PUBLISHED

@@ -48,7 +48,9 @@ PUBLISHED = {
                'step and origin of time, names of topics. With it what `ros2 bag` records or '
                'converts can be used like a log',
     '/diagnostics': 'each second: real-time factor asked and reached, late chunks, estimated '
-                    'error, Newton failures, log backlog, refused commands',
+                    'error, Newton failures, log backlog, refused commands, and what makes '
+                    'the run doubtful (a value `warning: ...` each; WARN where results are '
+                    'senseless)',
     '/clock': 'simulation time, at most 100 Hz of wall time but at each `~/step`; only with '
               '`run.publish_clock`',
 }
@@ -92,6 +94,12 @@ ARRAYS = {
                       'equals it, up to discretisation'),
     'newton_iterations': ('n', '1', 'running count, summed over bristles'),
     'substeps': ('n', '1', 'running count, summed over bristles'),
+    'clamp_stress': ('n, B, 4', 'Pa', 'axial stress at the clamp, tension positive, at the '
+                     'corners (+y, +z), (-y, +z), (-y, -z), (+y, -z) of the section (y along the '
+                     'breadth), from mount_force and mount_moment; shear and torsion left out'),
+    'clamp_stress_min': ('n, B, 4', 'Pa', 'its least over all steps and sub-steps since the '
+                         'sample before'),
+    'clamp_stress_max': ('n, B, 4', 'Pa', 'its largest'),
     'wall_time': ('', 's', 'stepping alone'),
     'compile_time': ('', 's', 'all that was compiled or loaded before'),
 }

@@ -6,7 +6,7 @@ from bristle_ros.log import Log
 from bristle_ros.messages import encode as messages
 from bristle_ros.realtime import Driver, PacingThread
 from bristle_ros.scene import steps
-from bristle_ros.simulation import MountPath, Simulation
+from bristle_ros.simulation import MountPath, RunWatch, Simulation
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from std_srvs.srv import SetBool, Trigger
@@ -14,6 +14,7 @@ from std_srvs.srv import SetBool, Trigger
 from . import clocks as node_time, parameters as node_parameters
 from .commands import Commands
 from .events import Events
+from .run_warnings import RunWarnings
 from .topics import Outputs
 
 OK, WARN, ERROR = range(3)  # levels of a DiagnosticStatus
@@ -54,14 +55,15 @@ class BrushNode(LifecycleNode):
         """
         super().__init__('brush_node')
         self._follows = node_time.follows(self, scene.run)
-        # rclpy lets a transition that the present state does not have end the executor.
+        # rclpy lets a transition that the present state does not have end the executor. Private:
+        # tried with 7.1.6, see test/node/test_hooks.py.
         self._change_state = self._service_change_state.callback
         self._service_change_state.callback = self._change_if_possible
         self.scene = scene
         self.problem, self.quiet = None, False  # why configuring failed; whether others say so
         self._on_end, self._wall_ns = on_end, wall_ns
         self._driver = self._log = self._outputs = self._pacing = self._last = None
-        self._follower = self._commands = self._events = None
+        self._follower = self._commands = self._events = self._warnings = None
         self._servers, self._stopping, self._opening = [], False, threading.Lock()
         self._stepping, self._log_failed = False, False
         self._late_before = self._shed_before = self._step_before = 0
@@ -85,7 +87,8 @@ class BrushNode(LifecycleNode):
         simulation = Simulation(scene)
         sample = steps(scene, scene.run.sample, 'run.sample') if self._log else 0
         self._driver = Driver(simulation, sample=sample, follow=self._follows)
-        self._driver.mount = MountPath(scene)
+        self._driver.mount, self._driver.watch = MountPath(scene), RunWatch(simulation)
+        self._warnings = RunWarnings(self._driver, self.get_logger())
         if self._stopping:
             return TransitionCallbackReturn.FAILURE
         if self._follows:
@@ -150,18 +153,23 @@ class BrushNode(LifecycleNode):
         if opened:
             self._opening.release()
         self._hold(CLOSING / 4)
-        if self._log:
-            self._log.close()
+        self._close_log()
 
     def _hold(self, limit=None):
         if self._pacing:
             self._pacing.stop(limit)
             self._pacing = None
 
+    def _close_log(self):
+        if self._log:
+            if self._warnings:
+                self._warnings.close(self._log)
+                self._warnings = None
+            self._log.close()
+
     def _release(self):
         self._hold()
-        if self._log:
-            self._log.close()
+        self._close_log()
         for server in self._servers:
             self.destroy_service(server)
         self._servers = []
@@ -172,7 +180,7 @@ class BrushNode(LifecycleNode):
             self._outputs.destroy(self)
         if self._events:
             self._events.destroy(self)
-        self._commands = self._follower = self._outputs = self._events = None
+        self._commands = self._follower = self._outputs = self._events = self._warnings = None
         self._driver = self._log = self._last = None
         self._log_failed = False
         self._late_before = self._shed_before = self._step_before = 0
@@ -284,6 +292,9 @@ class BrushNode(LifecycleNode):
         still = self._follows and not driver.real_time_factor   # its clock is
         running = self._pacing and not driver.paused and not still
         level, text = OK, 'running' if running else 'holding'
+        doubtful, doubts = self._warnings.look() if self._warnings else ([], {})
+        if doubtful:
+            level, text = WARN, f'{text}, see its values: {", ".join(doubtful)}'
         if given_up or late > max(1.0, 0.01 * chunks):
             level, text = WARN, (f'{late} late chunks in the last second, '
                                  f'{given_up * 1e-9:.3g} s given up')
@@ -304,7 +315,7 @@ class BrushNode(LifecycleNode):
             'last refusal': self._commands.last_refusal,
             'simulation time [s]': f'{driver.total_step * driver.its:.6f}',
             **(driver.budget.values() if driver.budget else {}),
-            **(self._follower.values() if self._follower else {})}
+            **(self._follower.values() if self._follower else {}), **doubts}
         # With its namespace: all brushes of a graph share /diagnostics.
         name = self.get_fully_qualified_name().lstrip('/')
         payload = self._outputs.diagnose(

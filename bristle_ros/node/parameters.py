@@ -65,6 +65,7 @@ def _changed(scene, given):
 @contextmanager
 def qos_overrides(node):
     """Wrap the making of topics: a bad override is one line, one without effect a warning."""
+    # private: tried with rclpy 7.1.6, see test/node/test_hooks.py
     given = [name for name in node._parameter_overrides if name.startswith('qos_overrides.')]
     try:
         yield

@@ -57,6 +57,7 @@ class Driver:
         self.stepping = 0               # [ns] spent in advance() alone
         self.resets = 0
         self.mount = None               # MountPath to follow to each chunk's end, or None
+        self.watch = None               # RunWatch that sees each sample, or None
         self._clock = clock
         self._lock = threading.Lock()   # commands come from another thread than chunks
         self._total = 0                 # steps since the start of the run
@@ -256,11 +257,26 @@ class Driver:
                 break
             if self.sample and self._total % self.sample == 0:
                 samples.append(self._snapshot())
+                self.simulation.begin_sample()
+                self.look(samples[-1])
         reached = self._total
         last = samples[-1] if samples and samples[-1].step == reached else self._snapshot()
+        if not self.sample:
+            self.look(last)
         mount = self.mount and self.mount.follow(self.simulation, self.resets)
         self._end(paced, end)
         return Chunk(start, reached, tuple(samples), last, tuple(events), failure, mount)
+
+    def look(self, snapshot):
+        """Let the watch see a snapshot."""
+        if self.watch:
+            with self._lock:
+                self.watch.take(snapshot)
+
+    def warnings(self, *, ended=True):
+        """Return what RunWatch.warnings says of the run so far; without a watch nothing."""
+        with self._lock:
+            return self.watch.warnings(ended=ended) if self.watch else []
 
     def _begin(self, start):
         with self._lock:
@@ -288,6 +304,9 @@ class Driver:
             self.simulation.reset()
             self._base = self._total - self.simulation.step
             self.resets += 1
+            if self.watch:
+                with self._lock:
+                    self.watch.restart(self._total * self.its)
             self._last_velocity, self._timed_out = self._clock(), False
         elif event.kind == 'load':
             self.simulation.set_error_tolerance(*event.values)

@@ -1,10 +1,10 @@
 """Where a step's time goes: each kernel timed by itself, times how often a step calls it."""
-from bristle_ros.physics.motion import CLAMP, SPIN, SPIN_RATE
+from bristle_ros.physics.motion import CLAMP
 from bristle_ros.physics.step import FACTORISATIONS, move_nodes, NEWTON, own_frame
 from bristle_ros.physics.wire import (accept_damping, accept_step, add_excess, begin_step,
                                       eliminate, factorise, internal_forces, LANES, local_error,
-                                      predict_damping, R, residual, ROWS, strains, substitute,
-                                      tip_lane, update_section_forces)
+                                      predict_damping, R, residual, ROWS, StepCoefficients,
+                                      strains, substitute, update_section_forces)
 from bristle_ros.simulation import new_scratch, viscosity_of
 from bristle_ros.verbs import best_of, measure
 
@@ -24,8 +24,7 @@ def _kernels(simulation):
     ca, cv = 1.0 / (scheme.beta * STEP ** 2), scheme.gamma / (scheme.beta * STEP)
     frame = scratch.frames[2]
     own_frame(model, state.motion, model.azimuth[0], 0.1, scratch, frame)
-    clamp, spin, spin_rate = frame[CLAMP:], frame[SPIN:], frame[SPIN_RATE:]
-    block, lane = tip_lane(model.elements)
+    clamp, step = frame[CLAMP:], StepCoefficients(STEP, ca, cv, 0.0, STEP, 1.0, ca, 0.5, 0.5)
     kernels = {
         'eliminate': ('iteration', lambda s, blocks, elements: eliminate(
             s, elements, mids, chain)),
@@ -42,13 +41,13 @@ def _kernels(simulation):
         'residual': ('iteration', lambda s, blocks, elements: residual(
             s, blocks, ca, cv, 0.1, frame)),
         'factorise': ('matrix', lambda s, blocks, elements: factorise(
-            s, elements, section, 1.0, ca, spin, spin_rate, cv, mids, chain, scratch.work)),
+            s, elements, section, step, frame, mids, chain, scratch.work)),
         'begin step': ('step', lambda s, blocks, elements: begin_step(
             s, blocks, STEP, scheme, 0.0)),
         'accept step': ('step', lambda s, blocks, elements: accept_step(
             s, blocks, STEP, scheme)),
         'local error': ('step', lambda s, blocks, elements: local_error(
-            s, blocks, STEP, scheme, block, lane, 0.0, 0.0, 0.0)),
+            s, elements, STEP, scheme, (0.0, 0.0, 0.0))),
     }
     viscosity = viscosity_of(simulation.scene)
     if viscosity:

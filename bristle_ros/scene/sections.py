@@ -36,6 +36,9 @@ class Bristle(SceneSection):
     youngs_modulus: float = number(2.07e11, 'Pa', 1e3, 1e16, "Young's modulus")
     poissons_ratio: float = number(0.3, '1', -0.99, 0.5, "Poisson's ratio")
     density: float = number(7800.0, 'kg/m^3', 1.0, 1e5, 'density')
+    yield_stress: float = number(
+        1.5e9, 'Pa', 0.0, 1e12, 'a run is warned of when the clamp has more (drawn spring steel); '
+        '0: never')
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,14 +10,17 @@ if TYPE_CHECKING:
     from .model import (new_scratch as new_scratch, viscosity_of as viscosity_of,
                         WORST_ERROR as WORST_ERROR)
     from .mount_path import MountPath as MountPath, Pose as Pose
+    from .run_warnings import (QUANTITIES as QUANTITIES, RunWarning as RunWarning,
+                               RunWatch as RunWatch)
     from .simulation import Simulation as Simulation, StepFailure as StepFailure
-    from .snapshot import NPZ_ARRAYS as NPZ_ARRAYS, Snapshot as Snapshot
+    from .snapshot import (ACCOUNTED as ACCOUNTED, NPZ_ARRAYS as NPZ_ARRAYS, Snapshot as Snapshot)
 
 __getattr__, __dir__ = lazily(__name__, {
     'commands': ['check_command', 'CommandRefused', 'Values', 'values_of'],
     'equilibrium': ['static_equilibrium'],
     'model': ['new_scratch', 'viscosity_of', 'WORST_ERROR'],
     'mount_path': ['MountPath', 'Pose'],
+    'run_warnings': ['QUANTITIES', 'RunWarning', 'RunWatch'],
     'simulation': ['Simulation', 'StepFailure'],
-    'snapshot': ['NPZ_ARRAYS', 'Snapshot'],
+    'snapshot': ['ACCOUNTED', 'NPZ_ARRAYS', 'Snapshot'],
 })

@@ -15,9 +15,9 @@ from .model import build_model, build_state, contact_law, new_scratch
 class Equilibrium(NamedTuple):
     """Static equilibrium; B bristles, per wire."""
 
-    tip_position: NDArray[np.float64]# [m] (B, 3), brush axes, from the mount centre
-    normal_force: NDArray[np.float64]# [N] (B,) of the road on the tip
-    root_moment: NDArray[np.float64]# [N m] (B, 3) of the wire on the board, about its clamp
+    tip_position: NDArray[np.float64]   # [m] (B, 3), brush axes, from the mount centre
+    normal_force: NDArray[np.float64]   # [N] (B,) of the road on the tip
+    root_moment: NDArray[np.float64]   # [N m] (B, 3) of the wire on the board, about its clamp
 
 
 def settle_state(scene: Scene, model: Model, state: State, scratch: Scratch) -> None:
@@ -33,8 +33,7 @@ def settle_state(scene: Scene, model: Model, state: State, scratch: Scratch) -> 
     for bristle, azimuth in enumerate(model.azimuth):
         own_frame(model, state.motion, azimuth, 0.0, scratch, frame)
         frame[SPIN_RATE:SPIN_RATE + 3] = 0.0
-        status = settle(model, law, state.nodes[bristle], state.mids[bristle],
-                        state.chain[bristle], state.tip[bristle], frame, np.zeros(6), scratch)
+        status = settle(model, law, state, bristle, frame, np.zeros(6), scratch)
         if status != OK:
             raise SceneError(
                 f'bristle {bristle} has no static equilibrium that could be found: try a smaller '

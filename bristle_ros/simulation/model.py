@@ -4,8 +4,8 @@ import math
 from bristle_ros.physics.contact import ContactLaw, TIP
 from bristle_ros.physics.motion import (APPROACHING, BASICS, CONSTANT, Drive, FORWARD, FRAME, LEFT,
                                         new_motion, SINE, SPEED, VAP)
-from bristle_ros.physics.step import (AUDIT, BATCH, COUNTS, generalized_alpha, hht, Model, newmark,
-                                      PARTS, Scheme, Scratch, State)
+from bristle_ros.physics.step import (AUDIT, BATCH, corner_factors, COUNTS, generalized_alpha, hht,
+                                      Model, newmark, PARTS, Scheme, Scratch, State)
 from bristle_ros.physics.wire import (BLOCK, block_count, chain_work, ELEMENTS, INERTIA, LANES,
                                       MASS, MIDS, Q, Q0, RECORD, ROWS, Section, WEIGHT, X, X0)
 from bristle_ros.scene import Scene, SceneError, tip_depth
@@ -97,6 +97,13 @@ def clamp_of(scene: Scene) -> NDArray[np.float64]:
     return np.concatenate(([scene.brush.mount_radius, 0.0, 0.0], quaternion))
 
 
+def _axes(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation matrix of a unit quaternion w, x, y, z: its columns are section axes."""
+    twice = 2.0 * np.cross(q[1:], np.eye(3))
+    matrix: NDArray[np.float64] = np.eye(3) + q[0] * twice + np.cross(q[1:], twice)
+    return matrix.T
+
+
 def build_model(scene: Scene) -> Model:
     """Return the Model of a scene."""
     count = scene.brush.bristle_count
@@ -112,18 +119,20 @@ def build_model(scene: Scene) -> Model:
         scene.solver.elements, block_count(scene.solver.elements), count,
         scene.solver.integration_time_step, section, scheme_of(scene),
         drive_of(scene, scene.solver.time_step), drive_of(scene, 0.0), scene.damping.mass, azimuth,
-        clamp, b.density * b.breadth * b.width * section.element_length / 6.0,
+        clamp, corner_factors(b.breadth, b.width, _axes(clamp[3:])),
+        b.density * b.breadth * b.width * section.element_length / 6.0,
         float(scene.brush.wires_per_bristle), scene.solver.load_case == 'displacement',
         local_error_of(scene, scene.solver.error_tolerance))
 
 
 def new_scratch(model: Model) -> Scratch:
-    """Return the room that kernels work in."""
+    """Return the room that kernels work in; threads that share a queue share one's table."""
     return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
                    np.zeros((2, FRAME)), np.zeros((2, BASICS)),
                    np.zeros((BATCH * PARTS + 1, FRAME)), np.zeros(BATCH * PARTS + 1, np.int64),
                    np.zeros((model.blocks, BLOCK)),
-                   np.zeros(TIP), np.zeros(AUDIT), np.zeros(3, np.int64))
+                   np.zeros(TIP), np.zeros(AUDIT), np.zeros((2 * BATCH + 1, FRAME)),
+                   np.zeros(3, np.int64))
 
 
 def straight_nodes(scene: Scene, model: Model) -> NDArray[np.float64]:

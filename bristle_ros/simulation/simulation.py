@@ -2,15 +2,15 @@
 import math
 from operator import index
 import time
-from typing import SupportsIndex
+from typing import Any, SupportsIndex
 
-from bristle_ros.physics.contact import GAP
+from bristle_ros.physics.contact import GAP, IMPULSE
 from bristle_ros.physics.motion import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, RAMP,
                                         ramp_at as compiled_ramp_at, renew_rates, ROTATION, SPEED,
                                         split_load_step, YAW)
-from bristle_ros.physics.step import (FAILURES, initialise, Model, NEWTON, NO_CONVERGENCE,
-                                      NOT_FINITE, output, own_frame, SINGULAR_MATRIX, SUBSTEPS,
-                                      UNFINISHED)
+from bristle_ros.physics.step import (AT_FINEST, FAILURES, initialise, Model, NEWTON,
+                                      NO_CONVERGENCE, NOT_FINITE, output, own_frame,
+                                      SINGULAR_MATRIX, SPLIT, SUBSTEPS, UNFINISHED)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
 from bristle_ros.scene import Scene, spell, to_parameters
 import numpy as np
@@ -20,9 +20,10 @@ from .commands import check_command, Values
 from .equilibrium import settle_state
 from .model import (build_model, build_state, check_start, contact_law, local_error_of,
                     new_scratch, turn_nodes, viscosity_of)
-from .snapshot import Snapshot
+from .snapshot import ACCOUNTED, Snapshot
 from .stepper import Stepper
 
+_BRISTLE, _BRUSH = output.columns(output.BRISTLE), output.columns(output.BRUSH)
 # what failed in the smallest sub-step, and what may do
 REASONS = {
     SINGULAR_MATRIX: 'the iteration matrix became singular: a smaller '
@@ -59,7 +60,8 @@ class Simulation:
     A scene being stepped.
 
     scene : Scene
-    energies : bool    keep the accounts of work and dissipation (snapshots have NaN without)
+    energies : bool    keep the accounts of work and dissipation, and the extremes of the clamp
+                       stress over sub-steps (snapshots have NaN without)
     threads : int      that share out the bristles; None: what the machine has. The bits are the
                        same for any number
 
@@ -115,6 +117,21 @@ class Simulation:
     def newton_failures(self) -> int:
         """Return attempts at a step that Newton gave up, all bristles, since the start."""
         return int(self.state.counts[:, FAILURES].sum())
+
+    @property
+    def split_steps(self) -> int:
+        """Return integration steps taken in sub-steps, all bristles, since the start."""
+        return int(self.state.counts[:, SPLIT].sum())
+
+    @property
+    def finest_steps(self) -> int:
+        """Return those of them in the shortest sub-steps that the local error may ask for."""
+        return int(self.state.counts[:, AT_FINEST].sum())
+
+    @property
+    def touched(self) -> bool:
+        """Whether any tip has touched the road since the start."""
+        return bool(self.state.tip[:, IMPULSE + 2].any())
 
     def _to_start(self) -> None:
         steady = self.scene.solver.start == 'steady'
@@ -265,19 +282,21 @@ class Simulation:
         """Return the outputs of the present state as a Snapshot of its own arrays."""
         self._observe()
         rows, totals = self._rows.copy(), self._totals.copy()
-        energies = totals[output.KINETIC:output.DONE + 1]
         if not self._energies:
-            energies = np.full(4, math.nan)
+            for name in ACCOUNTED:
+                numbers, columns = (rows, _BRISTLE) if name in _BRISTLE else (totals, _BRUSH)
+                numbers[..., columns[name]] = math.nan
+        found: dict[str, Any] = {name: rows[:, place] for name, place in _BRISTLE.items()}
+        found |= {name: totals[place] for name, place in _BRUSH.items()}
+        found['error_estimate'] = float(found['error_estimate'].max()) / self.scene.bristle.length
         counts = self.state.counts.sum(axis=0)
-        step = self.step
-        part = [rows[:, a:b] for a, b in (
-            (0, 3), (3, 6), (6, 9), (9, 13), (13, 17), (17, 20), (20, 23), (23, 26), (26, 29),
-            (29, 32))]
-        return Snapshot._make((
-            step, step * self.its, totals[output.ANGLE], totals[output.SPEED], *part,
-            totals[0:3], totals[3:6], totals[6:9], totals[9:12], *energies,
-            int(counts[NEWTON]), int(counts[SUBSTEPS]),
-            float(rows[:, output.ERROR].max()) / self.scene.bristle.length))
+        return Snapshot(step=self.step, t=self.step * self.its,
+                        newton_iterations=int(counts[NEWTON]), substeps=int(counts[SUBSTEPS]),
+                        **found)
+
+    def begin_sample(self) -> None:
+        """Let clamp_stress_min and _max of the samples to come be those from here on."""
+        self._stepper.begin_sample()
 
     def centreline_own(self) -> NDArray[np.float64]:
         """Return the nodes from clamp to tip in each bristle's own axes [m]: (B, nodes, 3)."""

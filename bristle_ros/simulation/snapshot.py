@@ -42,10 +42,18 @@ class Snapshot(NamedTuple):
     newton_iterations: int              # running counts, summed over bristles
     substeps: int
     error_estimate: float               # local error of the last step, per length of the bristle
+    clamp_stress: np.ndarray            # [Pa] (B, 4) axial, at the section's corners at the clamp
+    clamp_stress_min: np.ndarray        # [Pa] (B, 4) its least since the last sample, sub-steps
+    clamp_stress_max: np.ndarray        # too, and largest; NaN as the energies
+    worst: np.ndarray                   # [Pa, m, m] (B, 3) largest of these three; depth of the
+                                        # wire below both road and tip; of the tip in the road
 
 
 NPZ_ARRAYS = (
     't', 'theta', 'omega', 'tip_position', 'tip_position_road', 'tip_orientation', 'contact_force',
     'contact_impulse', 'mount_force', 'mount_moment', 'mount_damping_force', 'brush_force',
     'brush_torque', 'energy_kinetic', 'energy_elastic', 'energy_dissipated', 'work_external',
-    'newton_iterations', 'substeps')
+    'newton_iterations', 'substeps', 'clamp_stress', 'clamp_stress_min', 'clamp_stress_max')
+# what is kept only where the simulation was built with its accounts
+ACCOUNTED = ('energy_kinetic', 'energy_elastic', 'energy_dissipated', 'work_external',
+             'clamp_stress_min', 'clamp_stress_max')

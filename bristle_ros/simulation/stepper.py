@@ -5,9 +5,8 @@ import os
 from typing import Any, TypeAlias
 
 from bristle_ros.physics.contact import ContactLaw
-from bristle_ros.physics.motion import FRAME
 from bristle_ros.physics.step import (advance, advance_alone, BATCH, fill_frames, Model,
-                                      Scratch, State)
+                                      Scratch, State, STRESS_MAX, STRESS_MIN)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,12 +42,15 @@ class Stepper:
         available = threads or len(os.sched_getaffinity(0))
         self.threads = max(1, min(available, model.bristles // SHARE))
         self._queue = np.zeros(1, np.int64)
-        self._scratch = [new_scratch(model) for _ in range(self.threads)]
-        self._table = np.zeros((2 * BATCH + 1, FRAME))
+        first = new_scratch(model)
+        self._scratch = [first, *(new_scratch(model)._replace(table=first.table)
+                                  for _ in range(self.threads - 1))]
+        self._begin_extremes(True)
         self._pool: ThreadPoolExecutor | None = None
         self._checkpoint: list[NDArray[Any]] = []
-        # what was advanced since: (steps, motion, model) of each batch
-        self._since: list[tuple[int, NDArray[np.float64], Model]] = []
+        # what was advanced since: (steps, motion, model, fresh) of each batch
+        self._since: list[tuple[int, NDArray[np.float64], Model, bool]] = []
+        self._fresh = True  # the extremes of the stress begin with the next step
 
     def advance(self, steps: int) -> tuple[int, int]:
         """
@@ -56,7 +58,11 @@ class Stepper:
 
         After a failure all bristles are at the start of the failed step. Runs without the GIL.
         """
+        if steps == 0:
+            return 0, 0
         if self.model.bristles == 1:
+            self._begin_extremes(self._fresh)
+            self._fresh = False
             return self._alone(steps), 0
         while steps > 0:
             batch = min(steps, BATCH)
@@ -75,12 +81,22 @@ class Stepper:
 
     def _alone(self, steps: int) -> int:
         status: int = advance_alone(self.model, *self._features, self._state, self._scratch[0],
-                                    self._table, steps)
+                                    steps)
         return status
 
     def forget(self) -> None:
         """Keep nothing of what was: the state has been put elsewhere."""
         self._since = []
+        self._fresh = True
+
+    def begin_sample(self) -> None:
+        """Let the extremes of the stress be those from here on."""
+        self._fresh = True
+
+    def _begin_extremes(self, fresh: bool) -> None:
+        if fresh:
+            self._state.audit[:, STRESS_MIN:STRESS_MIN + 4] = np.inf
+            self._state.audit[:, STRESS_MAX:STRESS_MAX + 4] = -np.inf
 
     def _batch(self, steps: int) -> tuple[int, int] | None:
         if not self._since or sum(batch[0] for batch in self._since) >= CHECKPOINT:
@@ -88,7 +104,9 @@ class Stepper:
                 self._checkpoint = [np.empty_like(array) for array in self._state]
             _copy(self._state, self._checkpoint)
             self._since = []
-        self._since.append((steps, self._state.motion.copy(), self.model))
+        self._since.append((steps, self._state.motion.copy(), self.model, self._fresh))
+        self._begin_extremes(self._fresh)
+        self._fresh = False
         failure: tuple[int, int] | None = None
         failed = self._run(steps)
         while failed is not None:   # once more as far as that; another may fail before it
@@ -97,13 +115,14 @@ class Stepper:
             _copy(self._checkpoint, self._state)
             failed = self._again()
         if failure:
-            self.forget()
+            self._since = []
         return failure
 
     def _again(self) -> Failure | None:
         """Make the steps since the checkpoint once more; the outcome of the last batch."""
         failed = None
-        for steps, motion, model in self._since:
+        for steps, motion, model, fresh in self._since:
+            self._begin_extremes(fresh)
             self._state.motion[:] = motion
             self.model = model
             failed = self._run(steps)
@@ -111,8 +130,7 @@ class Stepper:
 
     def _run(self, steps: int) -> Failure | None:
         """Make the steps from now on; None, or (step, status, bristle) of a failure."""
-        fill_frames(self.model, self._features[0], self._state, self._scratch[0], steps,
-                    self._table)
+        fill_frames(self.model, self._features[0], self._state, self._scratch[0], steps)
         if self.threads > 1 and self._pool is None:
             self._pool = ThreadPoolExecutor(self.threads - 1, 'stepper')
         self._queue[0] = 0
@@ -126,8 +144,8 @@ class Stepper:
 
     def _work(self, scratch: Scratch, steps: int) -> Failure | None:
         """Take bristles until none is left; None, or (step, status, bristle) of a failure."""
-        status = advance(self.model, *self._features, self._state, scratch, self._table,
-                         self._queue, steps)
+        status = advance(self.model, *self._features, self._state, scratch, self._queue,
+                         steps)
         if status:
             return int(scratch.failed[1]), status, int(scratch.failed[2])
         return None

@@ -5,9 +5,25 @@ from pathlib import Path
 
 from bristle_ros.command_line import check_new, partial, Undisturbed, WholeFile
 from bristle_ros.scene import SceneError
-from bristle_ros.simulation import NPZ_ARRAYS
+from bristle_ros.simulation import ACCOUNTED, NPZ_ARRAYS
 
 FORMATS = ('.npz', '.csv', '.mcap')
+
+
+def chosen_arrays(names):
+    """Return the names of the arrays to keep, t first: all for None; SceneError for unknown."""
+    if names is None:
+        return NPZ_ARRAYS
+    for name in names:
+        if name not in NPZ_ARRAYS:
+            raise SceneError(f'must be some of {", ".join(NPZ_ARRAYS)}', key='--arrays',
+                             value=str(name))
+    return tuple(dict.fromkeys(('t', *names)))
+
+
+def wants_accounts(names):
+    """Whether any of these arrays needs the accounts that steps keep only when asked to."""
+    return not set(ACCOUNTED).isdisjoint(names)
 
 
 class SampleArrays:
@@ -30,7 +46,7 @@ class SampleArrays:
         expected = self._run.expected_samples
         try:
             self._arrays = {name: np.empty((expected, *np.shape(value)), np.asarray(value).dtype)
-                            for name in NPZ_ARRAYS for value in [getattr(snapshot, name)]}
+                            for name in self._run.arrays for value in [getattr(snapshot, name)]}
         except (MemoryError, ValueError):
             raise SceneError(f'{expected} samples do not fit into memory: a longer run.sample, a '
                              'shorter run, or a log', key='--duration') from None
@@ -40,7 +56,7 @@ class SampleArrays:
         import numpy as np
         found = {name: array[:self._count] for name, array in self._arrays.items()}
         if not found:
-            found = {name: np.empty(0) for name in NPZ_ARRAYS}
+            found = {name: np.empty(0) for name in self._run.arrays}
         found['wall_time'] = np.array(self._run.driver.stepping * 1e-9)
         found['compile_time'] = np.array(self._run.simulation.compile_time)
         return found
@@ -80,7 +96,8 @@ class _NpzFile:
 class _TableFile:
     """Writes samples as a CSV: one column for each component, named like `tip_position_0_x`."""
 
-    def __init__(self, path, overwrite):
+    def __init__(self, path, arrays, overwrite):
+        self._arrays = arrays
         self._whole = WholeFile(path, text=True, overwrite=overwrite)
         self._rows = csv.writer(self._whole.file)
         self._header = False
@@ -97,10 +114,10 @@ class _TableFile:
         """Write a row for each of a chunk's samples."""
         for snapshot in chunk.samples:
             if not self._header:
-                self._rows.writerow([name for field in NPZ_ARRAYS
+                self._rows.writerow([name for field in self._arrays
                                      for name in _columns(field, getattr(snapshot, field))])
                 self._header = True
-            self._rows.writerow([value for field in NPZ_ARRAYS
+            self._rows.writerow([value for field in self._arrays
                                  for value in _flat(getattr(snapshot, field))])
 
     @property
@@ -119,6 +136,7 @@ class _LogFile:
         self._path = path
         self._place = partial(path) if os.path.lexists(path) else path
         self._log = Log(self._place, run.scene, key='--output')
+        self._driver = run.driver
         if run.scene.log.tf:
             run.driver.mount = MountPath(run.scene)
         self.kept = None
@@ -131,6 +149,7 @@ class _LogFile:
     def __exit__(self, kind, error, trace):
         """Complete the log; put it in the place of the one it replaces."""
         with Undisturbed():
+            self._tell()
             self._log.__exit__(kind, error, trace)
             if self._log.failed:
                 raise SceneError(f'the log ended early: {self._log.failed}', key='--output',
@@ -139,6 +158,11 @@ class _LogFile:
                 os.replace(self._place, self._path)
             elif kind is not None:
                 self.kept = self._place
+
+    def _tell(self):
+        for warning in self._driver.warnings():
+            self._log.event(self._driver.total_step, 'warning', kind=warning.kind,
+                            text=str(warning))
 
     def write(self, chunk):
         """Log a chunk."""
@@ -164,7 +188,7 @@ def open_output(output, run, arrays, overwrite):
     if path.suffix == '.mcap':
         return _LogFile(path, run, overwrite)
     if path.suffix == '.csv':
-        return _TableFile(path, overwrite)
+        return _TableFile(path, run.arrays, overwrite)
     return _NpzFile(path, arrays, overwrite)
 
 
@@ -172,7 +196,7 @@ def _columns(field, value):
     shape = getattr(value, 'shape', ())
     if not shape:
         return [field]
-    axes = 'xyzw'[:shape[-1]]
+    axes = '0123' if field.startswith('clamp_stress') else 'xyzw'[:shape[-1]]
     wires = [f'{field}_{i}' for i in range(shape[0])] if len(shape) == 2 else [field]
     return [f'{wire}_{axis}' for wire in wires for axis in axes]
 

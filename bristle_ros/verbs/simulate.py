@@ -1,15 +1,18 @@
 """The same simulation without ROS and without a clock: `simulate`, to arrays, a table or a log."""
 from contextlib import ExitStack
 from dataclasses import replace
+from math import isinf
 import os
 import sys
 import time
 from typing import TYPE_CHECKING
+import warnings
 
 from bristle_ros.command_line import add_scene, load_scene, Parser, StopSignals
 from bristle_ros.scene import load, Scene, SceneError, steps
 
-from .sample_file import check_output, open_output, SampleArrays
+from .sample_file import (check_output, chosen_arrays, open_output, SampleArrays,
+                          wants_accounts)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -27,7 +30,8 @@ PATIENCE = 1.0          # [s] a run may last before it shows its progress
 def simulate(scene_or_path: 'Scene | Place', duration: float, *, sample: float | None = None,
              commands: 'Place | Iterable[tuple[float, str, Values]] | None' = None,
              output: 'Place | None' = None, overrides: 'Mapping[str, object] | None' = None,
-             overwrite: bool = False) -> 'dict[str, NDArray[Any]]':
+             overwrite: bool = False, arrays: 'Iterable[str] | None' = None
+             ) -> 'dict[str, NDArray[Any]]':
     """
     Simulate `duration` [s] of a scene and return its samples.
 
@@ -37,19 +41,23 @@ def simulate(scene_or_path: 'Scene | Place', duration: float, *, sample: float |
     output : path of an .npz, .csv or .mcap to write as well
     overrides : dict, dotted scene key to value
     overwrite : whether `output` may replace a file; that one stays until the new one is whole
+    arrays : names of those to keep, t in any case; None: all. What others need is not compiled
 
     Returns dict of the arrays of `--output FILE.npz`, name to (n, ...) array, SI units.
     Raises SceneError for unusable input, and StepFailure when the simulation could not go on: then
     `output` holds what came before. A KeyboardInterrupt is passed on; what came before it is kept
-    as NAME.partial.EXT beside `output`.
+    as NAME.partial.EXT beside `output`. What makes results doubtful is told as a RunWarning each,
+    which the module `warnings` filters.
     """
-    run = _Run(scene_or_path, duration, sample, commands, overrides)
+    run = _Run(scene_or_path, duration, sample, commands, overrides, chosen_arrays(arrays))
     arrays = SampleArrays(run)
     with ExitStack() as stack:
         sinks = [arrays]
         if output is not None:
             sinks.append(stack.enter_context(open_output(output, run, arrays, overwrite)))
         run.go(sinks)
+    for warning in run.driver.warnings():
+        warnings.warn(warning, stacklevel=2)
     if run.failure:
         raise run.failure
     return arrays.result()
@@ -58,14 +66,15 @@ def simulate(scene_or_path: 'Scene | Place', duration: float, *, sample: float |
 class _Run:
     """One offline run: its driver, and what the summary says about it."""
 
-    def __init__(self, scene_or_path, duration, sample, commands, overrides, *, energies=True):
+    def __init__(self, scene_or_path, duration, sample, commands, overrides, arrays):
+        self.arrays = arrays
         self.scene = _scene(scene_or_path, sample, overrides)
         self.steps = steps(self.scene, duration, 'duration')
         its = self.scene.solver.integration_time_step
         events = list(_events(commands, its))
         from bristle_ros.realtime import Driver  # from here on the compiler is needed
-        from bristle_ros.simulation import CommandRefused, Simulation
-        self.simulation = Simulation(self.scene, energies=energies)
+        from bristle_ros.simulation import CommandRefused, RunWatch, Simulation
+        self.simulation = Simulation(self.scene, energies=wants_accounts(arrays))
         for place, event in events:
             try:
                 if event.topic:
@@ -74,11 +83,11 @@ class _Run:
                 raise SceneError(str(refused), source=place) from None
         self.driver = Driver(self.simulation, paced=False,
                              sample=steps(self.scene, self.scene.run.sample, 'run.sample'))
+        self.driver.watch = RunWatch(self.simulation)
         self.driver.schedule([event for _, event in events])
         self.expected_samples = -(-self.steps // self.driver.sample)
         self.failure = None
         self.samples, self.applied = 0, 0
-        self._normal = self._torque = self._normal_max = 0.0
 
     def go(self, sinks, show=None):
         """Run to the end, giving each chunk to all `sinks`; `show(done, total)` sees it grow."""
@@ -87,39 +96,49 @@ class _Run:
             chunk = driver.run_chunk(min(driver.chunk, self.steps - driver.total_step))
             if chunk.end == self.steps and chunk.end % driver.sample:
                 chunk = chunk._replace(samples=(*chunk.samples, chunk.last))
+                driver.look(chunk.last)
             self.failure = chunk.failure
-            self._count(chunk)
+            self.samples += len(chunk.samples)
+            self.applied += len(chunk.events)
             for sink in sinks:
                 sink.write(chunk)
             if show:
                 show(chunk.end, self.steps)
-
-    def _count(self, chunk):
-        wires = self.scene.brush.wires_per_bristle
-        for snapshot in chunk.samples:
-            normal = wires * float(snapshot.contact_force[:, 2].sum())
-            self._normal += normal
-            self._normal_max = max(self._normal_max, normal)
-            self._torque -= float(snapshot.brush_torque[2])
-        self.samples += len(chunk.samples)
-        self.applied += len(chunk.events)
 
     def summary(self):
         """Return what a user wants to know at the end, a few lines."""
         driver = self.driver
         simulated = driver.total_step * driver.its
         wall = driver.stepping * 1e-9
-        n, last = max(1, self.samples), self.simulation.snapshot()
+        last = self.simulation.snapshot()
         lines = [
             f'{simulated:.6g} s simulated in {wall:.3g} s, {simulated / max(wall, 1e-9):.3g} '
             f'times real time; compiled in {self.simulation.compile_time:.3g} s',
-            f'normal force: mean {self._normal / n:.4g} N, largest {self._normal_max:.4g} N; '
-            f'drive torque: mean {self._torque / n:.4g} N m',
+            *self._means(),
             f'{self.samples} samples; Newton iterations {last.newton_iterations}, sub-steps '
             f'{last.substeps}; commands {self.applied}']
         if driver.scheduled:
             lines.append(f'{driver.scheduled} commands lie after the end and had no effect')
+        lines += [f'warning: {warning}' for warning in driver.warnings()]
         return '\n'.join(lines)
+
+    def _means(self):
+        """Return lines with the means since the approach, each with its 95 % interval."""
+        from bristle_ros.simulation import QUANTITIES
+        watch, parts = self.driver.watch, []
+        begin, end = watch.window
+        if not watch.means[0].count:
+            return [f'no means: the road comes up until {begin:.6g} s (road.approach_time)']
+        for (name, unit), mean in zip(QUANTITIES, watch.means):
+            if name == 'normal force' and not self.scene.contact.enabled:
+                continue
+            width = '' if isinf(mean.half_width) else f' +- {mean.half_width:.2g}'
+            parts.append(f'{name} {mean.mean:.4g}{width} {unit}'
+                         f'{"" if mean.settled else " (not settled)"}')
+        lines = [f'means over {begin:.6g} to {end:.6g} s, +- 95 % interval: {", ".join(parts)}']
+        if self.scene.contact.enabled:
+            lines.append(f'largest normal force: {watch.largest_normal:.4g} N')
+        return lines
 
 
 def _scene(scene_or_path, sample, overrides):
@@ -173,9 +192,21 @@ def _parse(arguments):
     parser.add_argument('--commands', metavar='FILE.csv|LOG.mcap',
                         help='commands to apply: a table, or the log of an earlier run')
     parser.add_argument('--output', metavar='FILE.npz|.mcap|.csv', help='where samples go')
+    parser.add_argument('--arrays', metavar='A,B,...',
+                        help='arrays that --output keeps, t in any case; default: all. Energies '
+                        'and extremes of the stress cost time only where they are kept')
     parser.add_argument('--overwrite', action='store_true',
                         help='let --output replace a file, once the new one is whole')
     return parser.parse_args(arguments)
+
+
+def _arrays_of(options):
+    logs = str(options.output).endswith('.mcap')
+    if options.arrays is None:
+        return () if logs else chosen_arrays(None)  # a log has no arrays
+    if options.output is None or logs:
+        raise SceneError('does nothing without --output FILE.npz or .csv', key='--arrays')
+    return chosen_arrays([name.strip() for name in options.arrays.split(',')])
 
 
 def main(arguments):
@@ -188,7 +219,7 @@ def main(arguments):
     if options.sample is not None:
         options.overrides.append(f'run.sample:={options.sample!r}')
     run = _Run(load_scene(options), options.duration, None, options.commands, None,
-               energies=not str(options.output).endswith('.mcap'))  # a log has none
+               _arrays_of(options))
     written, code = None, 0
     try:
         with StopSignals(), ExitStack() as stack:

@@ -423,7 +423,7 @@ def test_lifecycle_by_hand(scene, user, tmp_path):
 def test_namespace_twist_and_timeout(scene, user, tmp_path):
     log = tmp_path / 'left.mcap'
     with Brush(scene, '-r __ns:=/left', 'run.stamped_cmd_vel:=false', 'run.command_timeout:=0.2',
-               log=log) as brush:
+               'bristle.yield_stress:=1e6', log=log) as brush:
         states = user.listen(JointState, 'left/joint_states')
         command = Twist()
         command.linear.x = 0.3
@@ -443,6 +443,13 @@ def test_namespace_twist_and_timeout(scene, user, tmp_path):
     entries = list(Recording(log).entries())
     assert {entry.message.channel.topic for entry in entries} >= {
         '/left/tip_pose', '/left/cmd_vel', '/left/brush_node/events', '/diagnostics'}
+    doubts = {event['kind']: event['text'] for entry in entries if entry.name == '~/events'
+              and (event := decode_event(entry.message.data))['event'] == 'warning'}
+    assert {'clamp stress', 'few elements'} <= set(doubts), printed
+    assert 'above bristle.yield_stress = 1 MPa' in doubts['clamp stress']
+    assert printed.count('above bristle.yield_stress') == 1, 'a line when it is first found'
+    assert 'warning: clamp stress' in told(reports[-1])
+    assert reports[-1].status[0].level == b'\x01'
     done = run('replay', log, '--verify')
     assert done.returncode == 0, done.stdout + done.stderr
 

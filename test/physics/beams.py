@@ -1,10 +1,8 @@
 """Beams made node by node, and what the kernels say about them, in plain arrays."""
-from bristle_ros.physics.contact.tip import TIP
 from bristle_ros.physics.motion.frame import CLAMP, FRAME
 from bristle_ros.physics.step.equilibrium import settle
 from bristle_ros.physics.wire import layout
 from bristle_ros.physics.wire.beam import internal_forces, stiffness
-from bristle_ros.physics.wire.chain import MIDS, RECORD
 from bristle_ros.scene.scene import Scene
 from bristle_ros.scene.sections import Bristle, Brush, Contact, Damping, Drive, Solver
 from bristle_ros.simulation.model import build_model, build_state, new_scratch
@@ -141,9 +139,8 @@ class Cantilever:
         frame[9:12] = spin
         frame[CLAMP:CLAMP + 7] = self.model.clamp
         self.frame = frame
-        status = settle(self.model, None, self.s, np.zeros((self.model.blocks, MIDS)),
-                        np.zeros((self.model.elements, RECORD)), np.zeros(TIP), frame,
-                        np.asarray(load, float), self.scratch)
+        status = settle(self.model, None, self.state, 0, frame, np.asarray(load, float),
+                        self.scratch)
         assert status == 0
         block, lane = layout.tip_lane(self.model.elements)
         return self.rows[block, layout.X:layout.X + 3, lane], (

@@ -47,6 +47,9 @@ class Counting:
     def snapshot(self):
         return Snapshot(self.step, self.step * self.its, *[0.0] * (len(Snapshot._fields) - 2))
 
+    def begin_sample(self):
+        pass
+
     def check_command(self, topic, values):
         if values == (666.0,):
             raise CommandRefused(f'{topic} = 666.0: not this one')

@@ -195,12 +195,12 @@ def test_labels_of_the_adaptive_figure_do_not_touch():
 
 
 @pytest.mark.parametrize(('module', 'elements', 'step', 'bound'), [
-    (peers_exudyn, 8, 2e-3, 3.0), (peers_mujoco, 8, 2e-4, 6.0)])
+    pytest.param(peers_exudyn, 8, 2e-3, 3.0, id='exudyn',
+                 marks=pytest.mark.needs('exudyn', peers_exudyn.version)),
+    pytest.param(peers_mujoco, 8, 2e-4, 6.0, id='mujoco',
+                 marks=pytest.mark.needs('MuJoCo 4', peers_mujoco.version))])
 def test_a_peer_solves_the_same_scene(module, elements, step, bound):
     """Independent programs agree on free rotation as far as their coarse settings allow."""
-    if module.version() is None:
-        assert module.__name__.rpartition('.')[2] in peers.programs()[1]
-        return
     scene = peer_scene('S2')._replace(duration=0.2)
     t, tip, impulse, wall = module.solve(scene, elements, step)
     ours = run(our_scene('S2', 1e-4), 0.2)
@@ -208,6 +208,14 @@ def test_a_peer_solves_the_same_scene(module, elements, step, bound):
     assert peers.path_error(theirs, ours) < bound
     assert impulse == 0.0
     assert wall > 0.0
+
+
+def test_absent_programs_are_named(monkeypatch):
+    for module in (peers_exudyn, peers_mujoco):
+        monkeypatch.setattr(module, 'version', lambda: None)
+    found, absent = peers.programs()
+    assert not {'exudyn', 'mujoco'} & {name.lower() for name in found}
+    assert {'exudyn', 'mujoco'} <= {name.lower() for name in absent}
 
 
 def test_equal_error_takes_the_fastest_that_is_good_enough():

@@ -189,7 +189,9 @@ def test_each_of_two_nodes_takes_its_own_section(tmp_path):
 
 def test_node_and_offline_make_the_same_scene(root, rcl):
     """The shipped scenes hold the same values for rcl as for us."""
-    for path in sorted((root / 'config').glob('*.yaml')):
+    paths = sorted((root / 'config').glob('*.yaml'))
+    assert paths
+    for path in paths:
         [theirs] = rcl([['--params-file', str(path)]])
         assert theirs == ours(path)
         assert from_arguments(['--ros-args', '--params-file', str(path)]) == load(path)

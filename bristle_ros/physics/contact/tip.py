@@ -1,7 +1,8 @@
 """The tip record of a bristle, and the contact problem seen from the chain's last block."""
 from bristle_ros.physics.compiler import jit
 from bristle_ros.physics.motion import HEIGHT, HEIGHT_RATE, ROTATION, SPIN, VELOCITY
-from bristle_ros.physics.wire import CORNER, HA, HV, INVERSE, LANES, MASS, Q, V0, X, X0
+from bristle_ros.physics.wire import (CORNER, HA, HV, INVERSE, LANES, MASS, Q, tip_lane, V0, X,
+                                      X0)
 
 from .bracket import solve_contact
 from .law import OPEN, STICK, UNSOLVED
@@ -40,11 +41,11 @@ def rotate_back(a, at, x, y, z):
 
 
 @jit
-def push(s, j, lane, ca, drift, h, f1, f2, f3):
+def push(s, j, lane, step, f1, f2, f3):
     """Add the change of the contact force (brush axes) to the tip's histories."""
     inverse = 1.0 / s[j, MASS * LANES + lane]
-    by_a = 0.5 * ca * h * h * inverse
-    by_v = drift * inverse
+    by_a = 0.5 * step.ca * step.h * step.h * inverse
+    by_v = step.drift * inverse
     s[j, HA * LANES + lane] += by_a * f1
     s[j, (HA + 1) * LANES + lane] += by_a * f2
     s[j, (HA + 2) * LANES + lane] += by_a * f3
@@ -54,33 +55,34 @@ def push(s, j, lane, ca, drift, h, f1, f2, f3):
 
 
 @jit
-def begin_contact(s, j, lane, ca, drift, h, middle, tip):
+def begin_contact(s, j, lane, step, middle, tip):
     """Let the last step's contact force act in the prediction: in steady contact it stays."""
     if tip[STATE] != OPEN:
         f1, f2, f3 = rotate_back(middle, ROTATION, tip[FORCE], tip[FORCE + 1], tip[FORCE + 2])
-        push(s, j, lane, ca, drift, h, f1, f2, f3)
-        scale = 0.5 * h * h / s[j, MASS * LANES + lane]
+        push(s, j, lane, step, f1, f2, f3)
+        scale = 0.5 * step.h * step.h / s[j, MASS * LANES + lane]
         s[j, X * LANES + lane] += scale * f1
         s[j, (X + 1) * LANES + lane] += scale * f2
         s[j, (X + 2) * LANES + lane] += scale * f3
 
 
 @jit
-def contact_correction(s, j, lane, chain, e, law, h, ca, drift, gain, start, middle, end, tip,
-                       scratch):
+def contact_correction(s, chain, tip, elements, law, step, frames, scratch):
     """
     Solve the contact problem in the tip's compliance and add the force's change to the last block.
 
     Returns whether it could be solved; if not, the force stays as it was.
 
-    s, j, lane : the bristle, block and lane of the tip
-    chain, e : records, after `eliminate`, and the last element
-    gain : float               residual per unit of contact force, ca h^2 / 2 - alpha_D drift
-    start, middle, end : (FRAME,)   frame records of the step
+    chain : (elements, RECORD) after `eliminate`, tip : (TIP,)
+    step : StepCoefficients, frames : (3, FRAME)   of the step's start, middle and end
     scratch : (5, 3)           compliance, base and force
     The tip's prediction and compliance are exact for the linearised chain, the rotations those of
     the step's end (for displacements) and middle (for the force).
     """
+    j, lane = tip_lane(elements)
+    e = elements - 1
+    h, gain = step.h, step.gain
+    start, middle, end = frames[0], frames[1], frames[2]
     q0, q1, q2, q3 = (s[j, Q * LANES + lane], s[j, (Q + 1) * LANES + lane],
                       s[j, (Q + 2) * LANES + lane], s[j, (Q + 3) * LANES + lane])
     axes = ((1.0 - 2.0 * (q2 * q2 + q3 * q3), 2.0 * (q1 * q2 - q0 * q3),
@@ -144,7 +146,7 @@ def contact_correction(s, j, lane, chain, e, law, h, ca, drift, gain, start, mid
     tip[GAP] = tip[SLIP_MOVED + 2]
     tip[SLIP_MOVED + 2] -= gap0
     f1, f2, f3 = rotate_back(middle, ROTATION, force[0] - g1, force[1] - g2, force[2] - g3)
-    push(s, j, lane, ca, drift, h, f1, f2, f3)
+    push(s, j, lane, step, f1, f2, f3)
     chain[e, CORNER] += gain * (axes[0][0] * f1 + axes[1][0] * f2 + axes[2][0] * f3)
     chain[e, CORNER + 1] += gain * (axes[0][1] * f1 + axes[1][1] * f2 + axes[2][1] * f3)
     chain[e, CORNER + 2] += gain * (axes[0][2] * f1 + axes[1][2] * f2 + axes[2][2] * f3)

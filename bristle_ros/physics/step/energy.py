@@ -19,7 +19,9 @@ DISSIPATED = 0
 WORK = 1
 INJECTED = 2    # the most that contact put into the bristle in a step, beyond the road's work
 REACTION = 3    # 6  the clamp's force and moment at the end of the last step, brush axes
-AUDIT = 9
+STRESS_MIN = 9  # 4  stress at the clamp's corners since the last sample: see stress.py
+STRESS_MAX = 13 # 4
+AUDIT = 17
 
 
 @jit
@@ -77,7 +79,7 @@ def _turn_with_brush(frame, turned):
 
 
 @jit
-def _to_brush(model, frame, x, y, z):
+def to_brush(model, frame, x, y, z):
     """Return a vector of the solved axes in the turning brush axes of this moment."""
     if model.displacement:
         c, s = cos(frame[THETA]), sin(frame[THETA])
@@ -86,7 +88,7 @@ def _to_brush(model, frame, x, y, z):
 
 
 @jit
-def _frame_force(frame, x1, x2, x3):
+def frame_force(frame, x1, x2, x3):
     """Return gravity and frame forces per mass at a point at rest in the frame [m/s^2]."""
     o1, o2, o3 = frame[SPIN], frame[SPIN + 1], frame[SPIN + 2]
     d1, d2, d3 = frame[SPIN_RATE], frame[SPIN_RATE + 1], frame[SPIN_RATE + 2]
@@ -107,12 +109,12 @@ def _account_node(model, s, j, i, frames, start, end, cv):
     w2 = cv * (y2 - x2) + s[j, (HV + 1) * LANES + i]
     w3 = cv * (y3 - x3) + s[j, (HV + 2) * LANES + i]
     drag0, drag1 = frames[0, DRAG_SPIN], frames[2, DRAG_SPIN]
-    v1, v2, v3 = _to_brush(model, frames[0], v1 + drag0 * x2, v2 - drag0 * x1, v3)
-    w1, w2, w3 = _to_brush(model, frames[2], w1 + drag1 * y2, w2 - drag1 * y1, w3)
-    x1, x2, x3 = _to_brush(model, frames[0], x1, x2, x3)
-    y1, y2, y3 = _to_brush(model, frames[2], y1, y2, y3)
-    f1, f2, f3 = _frame_force(start, x1, x2, x3)
-    g1, g2, g3 = _frame_force(end, y1, y2, y3)
+    v1, v2, v3 = to_brush(model, frames[0], v1 + drag0 * x2, v2 - drag0 * x1, v3)
+    w1, w2, w3 = to_brush(model, frames[2], w1 + drag1 * y2, w2 - drag1 * y1, w3)
+    x1, x2, x3 = to_brush(model, frames[0], x1, x2, x3)
+    y1, y2, y3 = to_brush(model, frames[2], y1, y2, y3)
+    f1, f2, f3 = frame_force(start, x1, x2, x3)
+    g1, g2, g3 = frame_force(end, y1, y2, y3)
     half = 0.5 * s[j, MASS * LANES + i]
     return (half * ((y1 - x1) * (f1 + g1) + (y2 - x2) * (f2 + g2) + (y3 - x3) * (f3 + g3)),
             half * model.mass_damping * (
@@ -128,11 +130,11 @@ def _clamp_work(model, audit, s, frames):
     reaction works there; trapezoidal rule. On the circle it is zero.
     """
     f1, f2, f3, m1, m2, m3 = clamp_reaction(s, frames[2, CLAMP:])
-    f1, f2, f3 = _to_brush(model, frames[2], f1, f2, f3)
-    m1, m2, m3 = _to_brush(model, frames[2], m1, m2, m3)
-    x1, x2, x3 = _to_brush(model, frames[0], frames[0, CLAMP], frames[0, CLAMP + 1],
+    f1, f2, f3 = to_brush(model, frames[2], f1, f2, f3)
+    m1, m2, m3 = to_brush(model, frames[2], m1, m2, m3)
+    x1, x2, x3 = to_brush(model, frames[0], frames[0, CLAMP], frames[0, CLAMP + 1],
                            frames[0, CLAMP + 2])
-    y1, y2, y3 = _to_brush(model, frames[2], frames[2, CLAMP], frames[2, CLAMP + 1],
+    y1, y2, y3 = to_brush(model, frames[2], frames[2, CLAMP], frames[2, CLAMP + 1],
                            frames[2, CLAMP + 2])
     # z of (orientation at the end) conj(that at the start): the sine of half the clamp's turn
     half = (frames[0, CLAMP + 3] * frames[2, CLAMP + 6] - frames[2, CLAMP + 3]
@@ -148,12 +150,13 @@ def _clamp_work(model, audit, s, frames):
 
 
 @jit
-def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep, drift, h):
+def account_step(model, law, viscosity, audit, bristle, scratch, step):
     """
     Add one converged step, not yet accepted, to the accounts; arguments as in `try_step`.
 
-    turned : (2, FRAME)    room for the frame records of the turning brush
+    step : StepCoefficients
     """
+    s, tip, frames, turned = bristle.nodes, bristle.tip, scratch.frames, scratch.turned
     start, end = frames[0], frames[2]
     work = 0.0
     if model.displacement:
@@ -164,7 +167,7 @@ def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep,
     dissipated = 0.0
     for j in range(model.blocks):
         for i in range(LANES):
-            by_frame, by_damping = _account_node(model, s, j, i, frames, start, end, cv)
+            by_frame, by_damping = _account_node(model, s, j, i, frames, start, end, step.cv)
             work += by_frame
             dissipated += by_damping
     if viscosity is not None:
@@ -176,8 +179,8 @@ def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep,
                     change = s[j, (STRAIN + row) * LANES + i] - s[j, (STRAIN0 + row) * LANES + i]
                     rate = s[j, (RATE0 + row) * LANES + i]
                     density += c[row] * change * (
-                        cv * change + (1.0 + keep) * rate
-                        + drift * s[j, (RATEACC0 + row) * LANES + i])
+                        step.cv * change + (1.0 + step.keep) * rate
+                        + step.drift * s[j, (RATEACC0 + row) * LANES + i])
                 dissipated += 0.5 * viscosity * s[j, WEIGHT * LANES + i] * density
     if law is not None and tip[STATE] != OPEN:
         stored = (spring_energy(law.stiffness, tip[GAP])
@@ -187,11 +190,11 @@ def account_step(model, law, viscosity, audit, s, tip, frames, turned, cv, keep,
             relative += tip[FORCE + i] * tip[SLIP_MOVED + i]
         j, lane = tip_lane(model.elements)
         f1, f2, f3 = rotate_back(frames[1], ROTATION, tip[FORCE], tip[FORCE + 1], tip[FORCE + 2])
-        f1, f2, f3 = _to_brush(model, frames[1], f1, f2, f3)
-        x1, x2, x3 = _to_brush(
+        f1, f2, f3 = to_brush(model, frames[1], f1, f2, f3)
+        x1, x2, x3 = to_brush(
             model, frames[0], s[j, X0 * LANES + lane], s[j, (X0 + 1) * LANES + lane],
             s[j, (X0 + 2) * LANES + lane])
-        y1, y2, y3 = _to_brush(
+        y1, y2, y3 = to_brush(
             model, frames[2], s[j, X * LANES + lane], s[j, (X + 1) * LANES + lane],
             s[j, (X + 2) * LANES + lane])
         on_bristle = f1 * (y1 - x1) + f2 * (y2 - x2) + f3 * (y3 - x3)

@@ -1,12 +1,13 @@
 """Static equilibrium in a steadily turning frame, friction off: pseudo-transient continuation."""
 from bristle_ros.physics.compiler import jit
 from bristle_ros.physics.contact import FORCE, GAP, rotate, rotate_back
-from bristle_ros.physics.motion import CLAMP, HEIGHT, ROTATION, SPIN, SPIN_RATE
+from bristle_ros.physics.motion import CLAMP, HEIGHT, ROTATION
 from bristle_ros.physics.wire import (CORNER, eliminate, factorise, HA, HV, internal_forces,
-                                      INVERSE, LANES, OK, Q, R, residual, substitute, tip_lane, X,
-                                      X0)
+                                      INVERSE, LANES, OK, pseudo_step, Q, R, residual, substitute,
+                                      tip_lane, X, X0)
 
 from .newton import move_nodes, NO_CONVERGENCE
+from .records import bristle_of
 
 PSEUDO_STEPS = 400
 ITERATIONS = 25
@@ -16,8 +17,11 @@ RISE = 0.2          # of the road in a pseudo step, in element lengths
 
 
 @jit
-def _contact(s, j, lane, chain, e, law, frame, tip):
+def _contact(bristle, elements, law, frame):
     """Put the normal force that the linearised tip finds into the last block; frictionless."""
+    s, chain, tip = bristle.nodes, bristle.chain, bristle.tip
+    j, lane = tip_lane(elements)
+    e = elements - 1
     q0, q1, q2, q3 = (s[j, Q * LANES + lane], s[j, (Q + 1) * LANES + lane],
                       s[j, (Q + 2) * LANES + lane], s[j, (Q + 3) * LANES + lane])
     n1, n2, n3 = frame[ROTATION + 6], frame[ROTATION + 7], frame[ROTATION + 8]
@@ -49,17 +53,19 @@ def _contact(s, j, lane, chain, e, law, frame, tip):
 
 
 @jit
-def settle(model, law, s, mids, chain, tip, frame, load, scratch):
+def settle(model, law, state, number, frame, load, scratch):
     """
-    Move one bristle to its static equilibrium from where it is; return OK or NO_CONVERGENCE.
+    Move a bristle to its static equilibrium from where it is; return OK or NO_CONVERGENCE.
 
     frame : (FRAME,)    frame record; its spin acts, its spin rate should be zero
     load [N, N m] : (6,)    extra force (brush axes) and moment (section axes) at the tip
     Each pseudo step solves mass / tau^2 (x - x0) = force(x) and tau grows, so the way leads
     downhill in energy past limit points, and the last steps are Newton's own. A road that starts
     above the tip rises to its height (in `frame`) meanwhile.
-    tip : FORCE (normal component) and GAP are filled.
+    The tip's FORCE (normal component) and GAP are filled.
     """
+    bristle = bristle_of(model, state, number)
+    s, mids, chain, tip = bristle.nodes, bristle.mids, bristle.chain, bristle.tip
     elements, blocks = model.elements, model.blocks
     tip_block, lane = tip_lane(elements)
     for j in range(blocks):
@@ -88,8 +94,8 @@ def settle(model, law, s, mids, chain, tip, frame, load, scratch):
         for _ in range(ITERATIONS):
             internal_forces(s, blocks, frame[CLAMP:], model.section, 1.0, 0.0)
             residual(s, blocks, ca, 0.0, 0.0, frame)
-            if factorise(s, elements, model.section, 1.0, ca, frame[SPIN:], frame[SPIN_RATE:],
-                         0.0, mids, chain, scratch.work) != OK:
+            if factorise(s, elements, model.section, pseudo_step(ca), frame, mids, chain,
+                         scratch.work) != OK:
                 break
             q0 = s[tip_block, Q * LANES + lane]
             q1 = s[tip_block, (Q + 1) * LANES + lane]
@@ -112,7 +118,7 @@ def settle(model, law, s, mids, chain, tip, frame, load, scratch):
                 s[tip_block, (R + 3 + i) * LANES + lane] += load[3 + i]
             eliminate(s, elements, mids, chain)
             if law is not None:
-                _contact(s, tip_block, lane, chain, elements - 1, law, frame, tip)
+                _contact(bristle, elements, law, frame)
             substitute(s, elements, mids, chain)
             size = move_nodes(s, blocks, model.section.element_length)
             if not size < 2.0:

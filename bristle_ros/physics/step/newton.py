@@ -2,15 +2,16 @@
 One step by Newton's method with a frozen matrix, which either converges or leaves all as it was.
 
 The matrix is factorised in the nodes' own axes and kept as long as it pays: see `judge_matrix`.
-With the section force as an unknown of its own (mixed.py) that is for many steps.
+With the section force as an unknown of its own (wire/section_force) that is for many steps.
 """
 from math import sqrt
+from typing import NamedTuple
 
 from bristle_ros.physics.compiler import inlined, jit
 from bristle_ros.physics.contact import (begin_contact, contact_correction, CONTRACTION, ESTIMATE,
                                          EXTRA, finish_contact, FORCE, GAP, IMPULSE, MATRIX_STEP,
                                          rotate_back, STATE, STEP, TREND, USUAL)
-from bristle_ros.physics.motion import CLAMP, ROTATION, SPIN, SPIN_RATE
+from bristle_ros.physics.motion import CLAMP, ROTATION
 from bristle_ros.physics.wire import (accept_damping, accept_section_forces, accept_step,
                                       add_excess, begin_section_forces, begin_step, eliminate,
                                       factorise, internal_forces, LANES, local_error, MASS, OK,
@@ -18,7 +19,8 @@ from bristle_ros.physics.wire import (accept_damping, accept_section_forces, acc
                                       substitute, tip_lane, update_section_forces, X)
 
 from .energy import account_step, DISSIPATED
-from .scheme import newton_tolerance
+from .scheme import newton_tolerance, step_coefficients
+from .stress import note_stress
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.4              # contraction above which the matrix is factorised anew at once
@@ -41,7 +43,9 @@ NEWTON = 0
 SUBSTEPS = 1
 FACTORISATIONS = 2
 FAILURES = 3
-COUNTS = 4
+SPLIT = 4       # integration steps taken in sub-steps
+AT_FINEST = 5   # of these, in sub-steps as short as the error estimate may ask for
+COUNTS = 6
 
 
 @jit
@@ -110,79 +114,93 @@ def judge_matrix(tip, iterations, renewed, refresh):
         tip[MATRIX_STEP] = 0.0
 
 
+class Corrections(NamedTuple):
+    """How Newton's method went in a step."""
+
+    status: int             # OK, or why it failed
+    iterations: int
+    contraction: float      # what the second correction was of the first one
+    renewed: bool           # the matrix was made in this step
+    refresh: bool           # it contracted too slowly in the last iteration
+
+
 @inlined
-def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, scratch, h,
-             shortest):
-    """
-    Advance one bristle by one step of length h; return OK, or why it failed and stays as it was.
-
-    model : Model             constants; law : ContactLaw or None; viscosity [s] : float or None
-    audit : (AUDIT,)          energy accounts, or None
-    s, mids, chain, tip, counts   the bristle's state
-    shortest [s] : float      step that is accepted whatever its local error
-    frames : (3, FRAME)       frame records at the step's start, middle and end, its own axes
-    """
-    scheme = model.scheme
-    elements = model.elements
-    blocks = model.blocks
-    block, lane = tip_lane(elements)
-    end = frames[2]
-    if tip[STEP] != h and tip[STEP] > 0.0:
-        rescale_memory(s, blocks, h / tip[STEP])
-        tip[STEP] = h
-    ca = (1.0 - scheme.alpha_m) / ((1.0 - scheme.alpha_f) * scheme.beta * h * h)
-    cv = scheme.gamma / (scheme.beta * h)
-    keep = 1.0 - scheme.gamma / scheme.beta
-    drift = h * (1.0 - 0.5 * scheme.gamma / scheme.beta)
-    begin_step(s, blocks, h, scheme, tip[TREND])
-    begin_section_forces(s, blocks)
-    factor = 1.0
+def predict(model, law, viscosity, bristle, scratch, step):
+    """Fill the step's histories, and put what it is expected to end in into the positions."""
+    nodes, tip = bristle.nodes, bristle.tip
+    begin_step(nodes, model.blocks, step.h, model.scheme, tip[TREND])
+    begin_section_forces(nodes, model.blocks)
     if viscosity is not None:
-        factor = 1.0 + viscosity * cv
-        predict_damping(s, blocks, model.section, viscosity, cv, keep, drift)
-    old1, old2, old3 = tip[FORCE], tip[FORCE + 1], tip[FORCE + 2]
-    old_state, old_gap = tip[STATE], tip[GAP]
+        predict_damping(nodes, model.blocks, model.section, viscosity, step.cv, step.keep,
+                        step.drift)
     if law is not None:
-        begin_contact(s, block, lane, ca, drift, h, frames[1], tip)
+        block, lane = tip_lane(model.elements)
+        begin_contact(nodes, block, lane, step, scratch.frames[1], tip)
 
-    tolerance = newton_tolerance(scheme.tolerance, h)
-    refresh = tip[MATRIX_STEP] != h
+
+@inlined
+def renew_matrix(model, bristle, scratch, step):
+    """Factorise the matrix of the present state, and return whether that could be done."""
+    tip = bristle.tip
+    tip[MATRIX_STEP] = 0.0
+    bristle.counts[FACTORISATIONS] += 1
+    if factorise(bristle.nodes, model.elements, model.section, step, scratch.frames[2],
+                 bristle.mids, bristle.chain, scratch.work) != OK:
+        return False
+    tip[MATRIX_STEP] = step.h
+    return True
+
+
+@inlined
+def find_correction(model, law, bristle, scratch, step):
+    """Solve up to the tip, with its contact; return whether that problem could be solved."""
+    nodes, mids, chain = bristle.nodes, bristle.mids, bristle.chain
+    solved = True
+    add_excess(nodes, mids)
+    eliminate(nodes, model.elements, mids, chain)
+    if law is not None:
+        solved = contact_correction(nodes, chain, bristle.tip, model.elements, law, step,
+                                    scratch.frames, scratch.contact)
+    return solved
+
+
+@inlined
+def apply_correction(model, bristle, step):
+    """Solve back to the clamp and move the nodes; return the size as `move_nodes` does."""
+    nodes, mids = bristle.nodes, bristle.mids
+    substitute(nodes, model.elements, mids, bristle.chain)
+    update_section_forces(nodes, mids, model.section, step.factor)
+    bristle.counts[NEWTON] += 1
+    return move_nodes(nodes, model.blocks, model.section.element_length)
+
+
+@inlined
+def solve_step(model, law, bristle, scratch, step):
+    """Correct the prediction until the correction to come is within the tolerance."""
+    nodes, tip = bristle.nodes, bristle.tip
+    end = scratch.frames[2]
+    tolerance = newton_tolerance(model.scheme.tolerance, step.h)
+    refresh = tip[MATRIX_STEP] != step.h
     rate = UNKNOWN if refresh else min(AGEING * tip[CONTRACTION], 0.5)
     contraction = rate
     renewed = False
     iterations = 0
     before = 0.0
-    solved = True
     status = NO_CONVERGENCE
     for iteration in range(MAX_ITERATIONS):
-        internal_forces(s, blocks, end[CLAMP:], model.section, factor, 1.0)
-        residual(s, blocks, ca, cv, model.mass_damping, end)
-        if refresh:
-            tip[MATRIX_STEP] = 0.0
-            counts[FACTORISATIONS] += 1
-            if factorise(s, elements, model.section, factor, ca + model.mass_damping * cv,
-                         end[SPIN:], end[SPIN_RATE:], cv, mids, chain, scratch.work) != OK:
+        internal_forces(nodes, model.blocks, end[CLAMP:], model.section, step.factor, 1.0)
+        residual(nodes, model.blocks, step.ca, step.cv, model.mass_damping, end)
+        fresh = refresh
+        if fresh:
+            if not renew_matrix(model, bristle, scratch, step):
                 status = SINGULAR_MATRIX
                 break
-            tip[MATRIX_STEP] = h
             renewed = True
-        fresh = refresh
-        refresh = False
-        add_excess(s, mids)
-        eliminate(s, elements, mids, chain)
-        if law is not None:
-            solved = contact_correction(
-                s, block, lane, chain, elements - 1, law, h, ca, drift,
-                0.5 * ca * h * h - model.mass_damping * drift, frames[0], frames[1], end, tip,
-                scratch.contact)
-            if not solved:
-                if fresh:
-                    break
-                refresh = True
-        substitute(s, elements, mids, chain)
-        update_section_forces(s, mids, model.section, factor)
-        size = move_nodes(s, blocks, model.section.element_length)
-        counts[NEWTON] += 1
+        solved = find_correction(model, law, bristle, scratch, step)
+        if fresh and not solved:
+            break
+        refresh = not solved
+        size = apply_correction(model, bristle, step)
         iterations += 1
         if not size < 1e29:
             status = NOT_FINITE
@@ -202,12 +220,67 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
                        or size * rate <= tolerance * (1.0 - rate)):
             status = OK
             break
+    return Corrections(status, iterations, contraction, renewed, refresh)
+
+
+@inlined
+def estimate_error(model, bristle, scratch, h, change1, change2, change3):
+    """Return the step's local error; change [N]: of the contact force over it, road axes."""
+    block, lane = tip_lane(model.elements)
+    p1, p2, p3 = rotate_back(scratch.frames[1], ROTATION, change1, change2, change3)
+    inverse = 1.0 / bristle.nodes[block, MASS * LANES + lane]
+    return local_error(bristle.nodes, model.elements, h, model.scheme,
+                       (p1 * inverse, p2 * inverse, p3 * inverse))
+
+
+@inlined
+def accept(model, law, viscosity, audit, bristle, scratch, step):
+    """Carry a converged step over into what the next one starts from, and keep its accounts."""
+    nodes, tip, scheme, h = bristle.nodes, bristle.tip, model.scheme, step.h
+    end = scratch.frames[2]
+    if audit is not None:
+        internal_forces(nodes, model.blocks, end[CLAMP:], model.section, step.factor, 0.0)
+        account_step(model, law, viscosity, audit, bristle, scratch, step)
+        note_stress(model, audit, nodes, scratch)
+    if viscosity is not None:
+        strains(nodes, model.blocks, end[CLAMP:], model.section.element_length)
+        accept_damping(nodes, model.blocks, step.cv, step.keep, step.drift,
+                       1.0 / (scheme.beta * h * h), 1.0 / (scheme.beta * h),
+                       0.5 / scheme.beta - 1.0)
+    accept_section_forces(nodes, model.blocks)
+    tip[TREND] = accept_step(nodes, model.blocks, h, scheme)
+    if law is not None:
+        block, lane = tip_lane(model.elements)
+        lost = finish_contact(nodes, block, lane, law, h, end, tip)
+        for i in range(3):
+            tip[IMPULSE + i] += h * tip[FORCE + i]
+        if audit is not None:
+            audit[DISSIPATED] += lost
+
+
+@inlined
+def try_step(model, law, viscosity, audit, bristle, scratch, h, shortest):
+    """
+    Advance one bristle by one step of length h; return OK, or why it failed and stays as it was.
+
+    model : Model             constants; law : ContactLaw or None; viscosity [s] : float or None
+    audit : (AUDIT,)          energy accounts, or None
+    scratch.frames            at the step's start, middle and end, in the bristle's own axes
+    shortest [s] : float      step that is accepted whatever its local error
+    """
+    tip = bristle.tip
+    if tip[STEP] != h and tip[STEP] > 0.0:
+        rescale_memory(bristle.nodes, model.blocks, h / tip[STEP])
+        tip[STEP] = h
+    step = step_coefficients(model.scheme, model.mass_damping, viscosity, h)
+    old1, old2, old3 = tip[FORCE], tip[FORCE + 1], tip[FORCE + 2]
+    old_state, old_gap = tip[STATE], tip[GAP]
+    predict(model, law, viscosity, bristle, scratch, step)
+    found = solve_step(model, law, bristle, scratch, step)
+    status = found.status
     if status == OK:
-        p1, p2, p3 = rotate_back(frames[1], ROTATION, tip[FORCE] - old1, tip[FORCE + 1] - old2,
-                                 tip[FORCE + 2] - old3)
-        inverse = 1.0 / s[block, MASS * LANES + lane]
-        tip[ESTIMATE] = local_error(s, blocks, h, scheme, block, lane, p1 * inverse, p2 * inverse,
-                                    p3 * inverse)
+        tip[ESTIMATE] = estimate_error(model, bristle, scratch, h, tip[FORCE] - old1,
+                                       tip[FORCE + 1] - old2, tip[FORCE + 2] - old3)
         if tip[ESTIMATE] > model.local_error and h > shortest:
             status = TOO_INACCURATE
     if status != OK:
@@ -215,25 +288,10 @@ def try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames, 
         tip[FORCE], tip[FORCE + 1], tip[FORCE + 2] = old1, old2, old3
         tip[STATE], tip[GAP] = old_state, old_gap
         if status != TOO_INACCURATE:
-            counts[FAILURES] += 1
+            bristle.counts[FAILURES] += 1
         return status
-    tip[CONTRACTION] = contraction
-    judge_matrix(tip, iterations, renewed, refresh)
+    tip[CONTRACTION] = found.contraction
+    judge_matrix(tip, found.iterations, found.renewed, found.refresh)
     tip[STEP] = h
-    if audit is not None:
-        internal_forces(s, blocks, end[CLAMP:], model.section, factor, 0.0)
-        account_step(model, law, viscosity, audit, s, tip, frames, scratch.turned, cv, keep, drift,
-                     h)
-    if viscosity is not None:
-        strains(s, blocks, end[CLAMP:], model.section.element_length)
-        accept_damping(s, blocks, cv, keep, drift, 1.0 / (scheme.beta * h * h),
-                       1.0 / (scheme.beta * h), 0.5 / scheme.beta - 1.0)
-    accept_section_forces(s, blocks)
-    tip[TREND] = accept_step(s, blocks, h, scheme)
-    if law is not None:
-        lost = finish_contact(s, block, lane, law, h, end, tip)
-        for i in range(3):
-            tip[IMPULSE + i] += h * tip[FORCE + i]
-        if audit is not None:
-            audit[DISSIPATED] += lost
+    accept(model, law, viscosity, audit, bristle, scratch, step)
     return OK

@@ -1,43 +1,58 @@
 """Outputs of the present state: tip, contact, mount reactions, brush totals, energies."""
+from itertools import accumulate
 from math import cos, sin
+from typing import NamedTuple
 
 from bristle_ros.physics.compiler import jit
 from bristle_ros.physics.contact import (ESTIMATE, FORCE, GAP, IMPULSE, rotate, rotate_back,
                                          spring_energy)
-from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, is_polygon, OMEGA,
-                                        ROTATION, SPIN, SPIN_RATE, THETA, turn_frame)
+from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, HEIGHT, is_polygon,
+                                        OMEGA, ROTATION, SPIN, SPIN_RATE, THETA, turn_frame)
 from bristle_ros.physics.wire import (clamp_reaction, internal_forces, LANES, Q, RATE0, stiffness,
                                       STRAIN0, STRAIN_BEFORE, STRESS0, tip_lane, X)
 
-from .energy import DISSIPATED, kinetic_energy, strain_energy, WORK
+from .clearance import lowest_node
+from .energy import DISSIPATED, kinetic_energy, strain_energy, STRESS_MAX, STRESS_MIN, WORK
 from .stepping import own_frame
+from .stress import corner_stress
 
-# columns of a bristle's row
-POSITION = 0            # 3  tip, brush axes
-POSITION_ROAD = 3       # 3
-POSITION_MOUNT = 6      # 3
-ORIENTATION = 9         # 4  x, y, z, w, brush axes
-ORIENTATION_MOUNT = 13  # 4
-CONTACT = 17            # 3  force, road axes
-CONTACT_IMPULSE = 20    # 3
-MOUNT_FORCE = 23        # 3  brush axes
-MOUNT_MOMENT = 26       # 3
-DAMPING_FORCE = 29      # 3  bristle's own axes
-ERROR = 32              # 1
-BRISTLE_COLUMNS = 33
+# What a bristle's row holds: names of a Snapshot's fields and how many numbers each has.
+BRISTLE = {
+    'tip_position': 3, 'tip_position_road': 3, 'tip_position_mount': 3,
+    'tip_orientation': 4, 'tip_orientation_mount': 4,   # x, y, z, w
+    'contact_force': 3, 'contact_impulse': 3, 'mount_force': 3, 'mount_moment': 3,
+    'mount_damping_force': 3,                           # bristle's own axes
+    'error_estimate': 1,                                # [m]
+    'clamp_stress': 4, 'clamp_stress_min': 4, 'clamp_stress_max': 4,
+    'worst': 3}     # largest of these, depth of the wire below road and tip, of the tip
+(POSITION, POSITION_ROAD, POSITION_MOUNT, ORIENTATION, ORIENTATION_MOUNT, CONTACT, CONTACT_IMPULSE,
+ MOUNT_FORCE, MOUNT_MOMENT, DAMPING_FORCE, ERROR, STRESS, LEAST_STRESS, LARGEST_STRESS, WORST,
+ BRISTLE_COLUMNS) = accumulate(BRISTLE.values(), initial=0)
+# The same of the whole brush.
+BRUSH = {
+    'brush_force': 3, 'brush_torque': 3, 'contact_force_mount': 3, 'contact_torque_mount': 3,
+    'energy_kinetic': 1, 'energy_elastic': 1, 'energy_dissipated': 1, 'work_external': 1,
+    'theta': 1, 'omega': 1}
+(BRUSH_FORCE, BRUSH_TORQUE, CONTACT_FORCE, CONTACT_TORQUE, KINETIC, ELASTIC, LOST, DONE, ANGLE,
+ BRUSH_SPEED, TOTALS) = accumulate(BRUSH.values(), initial=0)
 
-# columns of the totals
-BRUSH_FORCE = 0         # 3  mount axes
-BRUSH_TORQUE = 3        # 3
-CONTACT_FORCE = 6       # 3
-CONTACT_TORQUE = 9      # 3
-KINETIC = 12
-ELASTIC = 13
-LOST = 14
-DONE = 15
-ANGLE = 16
-SPEED = 17
-TOTALS = 18
+
+def columns(fields: dict[str, int]) -> dict[str, int | slice]:
+    """Return where each field stands: its column, or the slice of its columns."""
+    starts = accumulate(fields.values(), initial=0)
+    return {name: slice(start, start + size) if size > 1 else start
+            for (name, size), start in zip(fields.items(), starts)}
+
+
+class _Turns(NamedTuple):
+    """Cosines and sines of the angles about z that all bristles share."""
+
+    c_theta: float      # of the brush in the mount
+    s_theta: float
+    c_back: float       # from the solved axes to the bristle's own
+    s_back: float
+    c_half: float       # of half of that
+    s_half: float
 
 
 @jit
@@ -64,6 +79,18 @@ def _put_turned_quaternion(row, at, c, s, w, x, y, z):
 
 
 @jit
+def _put_stress(row, corners, audit, f1, f2, f3, m1, m2, m3):
+    """Store the stress at the clamp's corners, its extremes, and the largest of them."""
+    row[WORST] = 0.0
+    for i in range(4):
+        stress = corner_stress(corners[i], f1, f2, f3, m1, m2, m3)
+        row[STRESS + i] = stress
+        row[LEAST_STRESS + i] = min(stress, audit[STRESS_MIN + i])
+        row[LARGEST_STRESS + i] = max(stress, audit[STRESS_MAX + i])
+        row[WORST] = max(row[WORST], -row[LEAST_STRESS + i], row[LARGEST_STRESS + i])
+
+
+@jit
 def _put_damping(s, model, viscosity, rows, by_time):
     """
     Put the stress that damping gives into STRESS0, with the strain rates in the rows from `rows`.
@@ -82,6 +109,111 @@ def _put_damping(s, model, viscosity, rows, by_time):
 
 
 @jit
+def _put_tip(model, bristle, s, tip, own, turns, row):
+    """Store where the tip is and what the road does to it; return its position, own axes."""
+    block, lane = tip_lane(model.elements)
+    azimuth = model.azimuth[bristle]
+    x1, x2, x3 = turned(
+        turns.c_back, turns.s_back, s[block, X * LANES + lane], s[block, (X + 1) * LANES + lane],
+        s[block, (X + 2) * LANES + lane])
+    _put_turned(row, POSITION, azimuth[0], azimuth[1], x1, x2, x3)
+    row[POSITION_ROAD], row[POSITION_ROAD + 1], row[POSITION_ROAD + 2] = rotate(
+        own, ROTATION, x1, x2, x3)
+    _put_turned(row, POSITION_MOUNT, turns.c_theta, turns.s_theta, row[POSITION],
+                row[POSITION + 1], x3)
+    _put_turned_quaternion(
+        row, ORIENTATION, turns.c_half, turns.s_half, s[block, Q * LANES + lane],
+        s[block, (Q + 1) * LANES + lane], s[block, (Q + 2) * LANES + lane],
+        s[block, (Q + 3) * LANES + lane])
+    _put_turned_quaternion(row, ORIENTATION, azimuth[2], azimuth[3], row[ORIENTATION + 3],
+                           row[ORIENTATION], row[ORIENTATION + 1], row[ORIENTATION + 2])
+    theta = own[THETA]
+    _put_turned_quaternion(row, ORIENTATION_MOUNT, cos(0.5 * theta), sin(0.5 * theta),
+                           row[ORIENTATION + 3], row[ORIENTATION], row[ORIENTATION + 1],
+                           row[ORIENTATION + 2])
+    for i in range(3):
+        row[CONTACT + i] = tip[FORCE + i]
+        row[CONTACT_IMPULSE + i] = tip[IMPULSE + i]
+    row[ERROR] = tip[ESTIMATE]
+    return x1, x2, x3
+
+
+@jit
+def _put_damping_force(model, viscosity, s, clamp, turns, row):
+    """Store the damping force at the clamp; leave in STRESS0 the damping of mount_force."""
+    row[DAMPING_FORCE:DAMPING_FORCE + 3] = 0.0
+    if viscosity is not None:
+        _put_damping(s, model, viscosity, RATE0, 0.0)
+        internal_forces(s, model.blocks, clamp, model.section, 0.0, 0.0)
+        f1, f2, f3, _, _, _ = clamp_reaction(s, clamp)
+        _put_turned(row, DAMPING_FORCE, turns.c_back, turns.s_back, f1, f2, f3)
+        if is_polygon(model):
+            # the rates ring from step to step there, unless the scheme damps that; their mean
+            # over the step is what the strains have changed by
+            _put_damping(s, model, viscosity, STRAIN0, 1.0 / model.its)
+
+
+@jit
+def _put_mount(model, bristle, s, clamp, own, turns, row):
+    """Store what the wire does to the board; return force and moment, bristle's own axes."""
+    internal_forces(s, model.blocks, clamp, model.section, 1.0, 0.0)
+    f1, f2, f3, m1, m2, m3 = clamp_reaction(s, clamp)
+    f1, f2, f3 = turned(turns.c_back, turns.s_back, f1, f2, f3)
+    m1, m2, m3 = turned(turns.c_back, turns.s_back, m1, m2, m3)
+    o1, o2, o3 = own[SPIN], own[SPIN + 1], own[SPIN + 2]
+    d1, d2, d3 = own[SPIN_RATE], own[SPIN_RATE + 1], own[SPIN_RATE + 2]
+    p1, p2, p3 = model.clamp[0], model.clamp[1], model.clamp[2]
+    op = o1 * p1 + o2 * p2 + o3 * p3
+    square = o1 * o1 + o2 * o2 + o3 * o3
+    f1 += model.clamp_mass * (own[GRAVITY] - o1 * op + square * p1 - d2 * p3 + d3 * p2)
+    f2 += model.clamp_mass * (own[GRAVITY + 1] - o2 * op + square * p2 - d3 * p1 + d1 * p3)
+    f3 += model.clamp_mass * (own[GRAVITY + 2] - o3 * op + square * p3 - d1 * p2 + d2 * p1)
+    c, s_ = model.azimuth[bristle, 0], model.azimuth[bristle, 1]
+    _put_turned(row, MOUNT_FORCE, c, s_, f1, f2, f3)
+    _put_turned(row, MOUNT_MOMENT, c, s_, m1, m2, m3)
+    return f1, f2, f3, m1, m2, m3
+
+
+@jit
+def _put_depths(model, s, gap, own, turns, row):
+    """Store the depths of tip and wire in the road."""
+    n1, n2, n3 = turned(turns.c_back, -turns.s_back, own[ROTATION + 6], own[ROTATION + 7],
+                        own[ROTATION + 8])
+    row[WORST + 2] = -gap
+    row[WORST + 1] = -max(gap, 0.0) - lowest_node(s, model.elements, n1, n2, n3, own[HEIGHT])
+
+
+@jit
+def _add_wrench(totals, at, wires, c, s, place, force, moment):
+    """
+    Add a bristle's wrench to the brush's, about the mount centre, turned into mount axes.
+
+    place, force, moment : (3,) tuples    own axes; the moment is about the place
+    """
+    x1, x2, x3 = place
+    f1, f2, f3 = force
+    m1, m2, m3 = moment
+    n1, n2, n3 = m1 + x2 * f3 - x3 * f2, m2 + x3 * f1 - x1 * f3, m3 + x1 * f2 - x2 * f1
+    totals[at] += wires * (c * f1 - s * f2)
+    totals[at + 1] += wires * (s * f1 + c * f2)
+    totals[at + 2] += wires * f3
+    totals[at + 3] += wires * (c * n1 - s * n2)
+    totals[at + 4] += wires * (s * n1 + c * n2)
+    totals[at + 5] += wires * n3
+
+
+@jit
+def _add_energies(model, law, s, gap, audit, drag, totals):
+    """Add a bristle's energies and accounts."""
+    totals[KINETIC] += model.wires * kinetic_energy(s, model.blocks, drag)
+    totals[ELASTIC] += model.wires * strain_energy(s, model.blocks, model.section)
+    if law is not None:
+        totals[ELASTIC] += model.wires * spring_energy(law.stiffness, gap)
+    totals[LOST] += model.wires * audit[DISSIPATED]
+    totals[DONE] += model.wires * audit[WORK]
+
+
+@jit
 def observe(model, law, viscosity, state, scratch, rows, totals):
     """
     Fill the outputs of the present state.
@@ -91,99 +223,28 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
     correction. All axes are the exact ones, also where the loads are ramped.
     """
     t = state.step[0] * model.its
-    frame = scratch.frame
-    own = scratch.frames[0]
+    own, driven, frame = scratch.frames     # not scratch.frame: `own_frame` works in that
     frame_at(t, model.exact, False, state.motion, scratch.basics, frame)
     theta = frame[THETA]
-    for i in range(TOTALS):
-        totals[i] = 0.0
-    block, lane = tip_lane(model.elements)
-    c_theta, s_theta = cos(theta), sin(theta)
-    back = -theta if model.displacement else 0.0   # from the solved axes to the bristle's own
-    c_back, s_back = cos(back), sin(back)
-    c_half, s_half = cos(0.5 * back), sin(0.5 * back)
-    driven = scratch.frames[1]
+    totals[:] = 0.0
+    back = -theta if model.displacement else 0.0
+    turns = _Turns(cos(theta), sin(theta), cos(back), sin(back), cos(0.5 * back), sin(0.5 * back))
     for bristle in range(model.bristles):
-        s = state.nodes[bristle]
-        tip = state.tip[bristle]
-        row = rows[bristle]
+        s, tip, row = state.nodes[bristle], state.tip[bristle], rows[bristle]
         ca, sa = model.azimuth[bristle, 0], model.azimuth[bristle, 1]
-        half_c, half_s = model.azimuth[bristle, 2], model.azimuth[bristle, 3]
         turn_frame(frame, ca, sa, own)
         own_frame(model, state.motion, model.azimuth[bristle], t, scratch, driven)
         clamp = driven[CLAMP:]
-        x1, x2, x3 = turned(
-            c_back, s_back, s[block, X * LANES + lane], s[block, (X + 1) * LANES + lane],
-            s[block, (X + 2) * LANES + lane])
-        _put_turned(row, POSITION, ca, sa, x1, x2, x3)
-        row[POSITION_ROAD], row[POSITION_ROAD + 1], row[POSITION_ROAD + 2] = rotate(
-            own, ROTATION, x1, x2, x3)
-        _put_turned(row, POSITION_MOUNT, c_theta, s_theta, row[POSITION], row[POSITION + 1], x3)
-        _put_turned_quaternion(row, ORIENTATION, c_half, s_half, s[block, Q * LANES + lane],
-                               s[block, (Q + 1) * LANES + lane], s[block, (Q + 2) * LANES + lane],
-                               s[block, (Q + 3) * LANES + lane])
-        _put_turned_quaternion(row, ORIENTATION, half_c, half_s, row[ORIENTATION + 3],
-                               row[ORIENTATION], row[ORIENTATION + 1], row[ORIENTATION + 2])
-        _put_turned_quaternion(row, ORIENTATION_MOUNT, cos(0.5 * theta), sin(0.5 * theta),
-                               row[ORIENTATION + 3], row[ORIENTATION], row[ORIENTATION + 1],
-                               row[ORIENTATION + 2])
-        for i in range(3):
-            row[CONTACT + i] = tip[FORCE + i]
-            row[CONTACT_IMPULSE + i] = tip[IMPULSE + i]
-        row[ERROR] = tip[ESTIMATE]
-
-        if viscosity is not None:
-            _put_damping(s, model, viscosity, RATE0, 0.0)
-            internal_forces(s, model.blocks, clamp, model.section, 0.0, 0.0)
-            f1, f2, f3, _, _, _ = clamp_reaction(s, clamp)
-            _put_turned(row, DAMPING_FORCE, c_back, s_back, f1, f2, f3)
-            if is_polygon(model):
-                # the rates ring from step to step there, unless the scheme damps that; their mean
-                # over the step is what the strains have changed by
-                _put_damping(s, model, viscosity, STRAIN0, 1.0 / model.its)
-        else:
-            row[DAMPING_FORCE] = 0.0
-            row[DAMPING_FORCE + 1] = 0.0
-            row[DAMPING_FORCE + 2] = 0.0
-        internal_forces(s, model.blocks, clamp, model.section, 1.0, 0.0)
-        f1, f2, f3, m1, m2, m3 = clamp_reaction(s, clamp)
-        f1, f2, f3 = turned(c_back, s_back, f1, f2, f3)
-        m1, m2, m3 = turned(c_back, s_back, m1, m2, m3)
-        o1, o2, o3 = own[SPIN], own[SPIN + 1], own[SPIN + 2]
-        d1, d2, d3 = own[SPIN_RATE], own[SPIN_RATE + 1], own[SPIN_RATE + 2]
-        p1, p2, p3 = model.clamp[0], model.clamp[1], model.clamp[2]
-        op = o1 * p1 + o2 * p2 + o3 * p3
-        square = o1 * o1 + o2 * o2 + o3 * o3
-        f1 += model.clamp_mass * (own[GRAVITY] - o1 * op + square * p1 - d2 * p3 + d3 * p2)
-        f2 += model.clamp_mass * (own[GRAVITY + 1] - o2 * op + square * p2 - d3 * p1 + d1 * p3)
-        f3 += model.clamp_mass * (own[GRAVITY + 2] - o3 * op + square * p3 - d1 * p2 + d2 * p1)
-        _put_turned(row, MOUNT_FORCE, ca, sa, f1, f2, f3)
-        _put_turned(row, MOUNT_MOMENT, ca, sa, m1, m2, m3)
-
-        # brush totals, mount axes, about the mount centre
-        n1, n2, n3 = m1 + p2 * f3 - p3 * f2, m2 + p3 * f1 - p1 * f3, m3 + p1 * f2 - p2 * f1
-        c_all = c_theta * ca - s_theta * sa
-        s_all = s_theta * ca + c_theta * sa
-        totals[BRUSH_FORCE] += model.wires * (c_all * f1 - s_all * f2)
-        totals[BRUSH_FORCE + 1] += model.wires * (s_all * f1 + c_all * f2)
-        totals[BRUSH_FORCE + 2] += model.wires * f3
-        totals[BRUSH_TORQUE] += model.wires * (c_all * n1 - s_all * n2)
-        totals[BRUSH_TORQUE + 1] += model.wires * (s_all * n1 + c_all * n2)
-        totals[BRUSH_TORQUE + 2] += model.wires * n3
-        g1, g2, g3 = rotate_back(own, ROTATION, tip[FORCE], tip[FORCE + 1], tip[FORCE + 2])
-        t1, t2, t3 = x2 * g3 - x3 * g2, x3 * g1 - x1 * g3, x1 * g2 - x2 * g1
-        totals[CONTACT_FORCE] += model.wires * (c_all * g1 - s_all * g2)
-        totals[CONTACT_FORCE + 1] += model.wires * (s_all * g1 + c_all * g2)
-        totals[CONTACT_FORCE + 2] += model.wires * g3
-        totals[CONTACT_TORQUE] += model.wires * (c_all * t1 - s_all * t2)
-        totals[CONTACT_TORQUE + 1] += model.wires * (s_all * t1 + c_all * t2)
-        totals[CONTACT_TORQUE + 2] += model.wires * t3
-
-        totals[KINETIC] += model.wires * kinetic_energy(s, model.blocks, driven[DRAG_SPIN])
-        totals[ELASTIC] += model.wires * strain_energy(s, model.blocks, model.section)
-        if law is not None:
-            totals[ELASTIC] += model.wires * spring_energy(law.stiffness, tip[GAP])
-        totals[LOST] += model.wires * state.audit[bristle, DISSIPATED]
-        totals[DONE] += model.wires * state.audit[bristle, WORK]
-    totals[ANGLE] = theta
-    totals[SPEED] = frame[OMEGA]
+        place = _put_tip(model, bristle, s, tip, own, turns, row)
+        _put_damping_force(model, viscosity, s, clamp, turns, row)
+        f1, f2, f3, m1, m2, m3 = _put_mount(model, bristle, s, clamp, own, turns, row)
+        _put_stress(row, model.corners, state.audit[bristle], f1, f2, f3, m1, m2, m3)
+        _put_depths(model, s, tip[GAP], own, turns, row)
+        c = turns.c_theta * ca - turns.s_theta * sa
+        s_all = turns.s_theta * ca + turns.c_theta * sa
+        _add_wrench(totals, BRUSH_FORCE, model.wires, c, s_all,
+                    (model.clamp[0], model.clamp[1], model.clamp[2]), (f1, f2, f3), (m1, m2, m3))
+        contact = rotate_back(own, ROTATION, tip[FORCE], tip[FORCE + 1], tip[FORCE + 2])
+        _add_wrench(totals, CONTACT_FORCE, model.wires, c, s_all, place, contact, (0.0, 0.0, 0.0))
+        _add_energies(model, law, s, tip[GAP], state.audit[bristle], driven[DRAG_SPIN], totals)
+    totals[ANGLE], totals[BRUSH_SPEED] = theta, frame[OMEGA]

@@ -1,6 +1,7 @@
 """The records that the kernels share: what stays (Model), what changes (State), scratch."""
 from typing import NamedTuple
 
+from bristle_ros.physics.compiler import inlined
 from bristle_ros.physics.motion import Drive
 from bristle_ros.physics.wire import Section
 import numpy as np
@@ -23,6 +24,7 @@ class Model(NamedTuple):
     mass_damping: float         # alpha_D [1/s]
     azimuth: NDArray[np.float64]    # (B, 4) cosine and sine of each azimuth, and of half of it
     clamp: NDArray[np.float64]      # (7,) position and quaternion of the clamp, bristle's own axes
+    corners: NDArray[np.float64]    # (4, 6) stress at the clamp's corners: see stress.py
     clamp_mass: float           # [kg] of the clamped node
     wires: float                # real wires per bristle
     displacement: bool          # load case: solved in mount axes with the clamp driven
@@ -32,14 +34,32 @@ class Model(NamedTuple):
 class State(NamedTuple):
     """What a step changes, in place; all of it decides what the next step does."""
 
-    nodes: NDArray[np.float64]      # (B, blocks, BLOCK) layout.py
-    mids: NDArray[np.float64]       # (B, blocks, MIDS) chain.py: the frozen matrix, mid nodes
+    nodes: NDArray[np.float64]      # (B, blocks, BLOCK) wire/layout.py
+    mids: NDArray[np.float64]       # (B, blocks, MIDS) wire/chain.py: the frozen matrix, mid nodes
     chain: NDArray[np.float64]      # (B, elements, RECORD) and corners
-    tip: NDArray[np.float64]        # (B, TIP) tip.py
-    counts: NDArray[np.int64]       # (B, COUNTS) int64, running counts of stepping.py
-    motion: NDArray[np.float64]     # (MOTION,) frame.py: the ramps that commands change
+    tip: NDArray[np.float64]        # (B, TIP) contact/tip.py
+    counts: NDArray[np.int64]       # (B, COUNTS) int64, running counts of newton.py
+    motion: NDArray[np.float64]     # (MOTION,) motion/frame.py: the ramps that commands change
     step: NDArray[np.int64]         # (1,) int64: steps done
     audit: NDArray[np.float64]      # (B, AUDIT) energy accounts, where they are kept
+
+
+class Bristle(NamedTuple):
+    """One bristle's part of State, and its azimuth."""
+
+    azimuth: NDArray[np.float64]    # (4,)
+    nodes: NDArray[np.float64]      # (blocks, BLOCK)
+    mids: NDArray[np.float64]       # (blocks, MIDS)
+    chain: NDArray[np.float64]      # (elements, RECORD)
+    tip: NDArray[np.float64]        # (TIP,)
+    counts: NDArray[np.int64]      # (COUNTS,)
+
+
+@inlined
+def bristle_of(model, state, number):
+    """Return the Bristle of that number; for kernels, whose views Python would not see as such."""
+    return Bristle(model.azimuth[number], state.nodes[number], state.mids[number],
+                   state.chain[number], state.tip[number], state.counts[number])
 
 
 class Scratch(NamedTuple):
@@ -47,7 +67,7 @@ class Scratch(NamedTuple):
 
     work: NDArray[np.float64]       # (CHAIN_WORK,)
     contact: NDArray[np.float64]    # (5, 3)
-    frames: NDArray[np.float64]     # (3, FRAME)
+    frames: NDArray[np.float64]     # (3, FRAME) of the present sub-step: start, middle and end
     frame: NDArray[np.float64]      # (FRAME,)
     turned: NDArray[np.float64]     # (2, FRAME)
     basics: NDArray[np.float64]     # (2, BASICS)
@@ -56,4 +76,6 @@ class Scratch(NamedTuple):
     saved: NDArray[np.float64]      # (blocks, BLOCK)
     saved_tip: NDArray[np.float64]  # (TIP,)
     saved_audit: NDArray[np.float64]  # (AUDIT,)
+    table: NDArray[np.float64]      # (2 BATCH + 1, FRAME) at azimuth 0, at the ends and middles of
+    #                             a call's steps: whoever shares a queue shares it
     failed: NDArray[np.int64]       # (3,) int64: step of a failure; step and bristle of the first

@@ -20,7 +20,8 @@ response where alpha_D h is below 1e-4, ten times the paper's at 0.1 ms.
 """
 from typing import NamedTuple
 
-from bristle_ros.physics.compiler import jit
+from bristle_ros.physics.compiler import inlined, jit
+from bristle_ros.physics.wire import StepCoefficients
 
 TIGHTEST = 1e-11        # tolerance that short steps are not held below: rounding is near
 LOOSEST_STEP = 2e-4     # [s] the tolerance falls with the square of steps below
@@ -56,6 +57,23 @@ def newmark(amplitude_decay: float, tolerance: float) -> Scheme:
     """Return Newmark with amplitude decay factor g: gamma = 1/2 + g; first order unless g = 0."""
     g = amplitude_decay
     return Scheme(0.0, 0.0, 0.25 * (1.0 + g) ** 2, 0.5 + g, tolerance)
+
+
+@inlined
+def step_coefficients(scheme, mass_damping, viscosity, h):
+    """
+    Return the StepCoefficients of a step of length h; the equations are above.
+
+    mass_damping [1/s] : float      alpha_D;  viscosity [s] : float or None    beta_D
+    """
+    ca = (1.0 - scheme.alpha_m) / ((1.0 - scheme.alpha_f) * scheme.beta * h * h)
+    cv = scheme.gamma / (scheme.beta * h)
+    drift = h * (1.0 - 0.5 * scheme.gamma / scheme.beta)
+    factor = 1.0
+    if viscosity is not None:
+        factor = 1.0 + viscosity * cv
+    return StepCoefficients(h, ca, cv, 1.0 - scheme.gamma / scheme.beta, drift, factor,
+                            ca + mass_damping * cv, 0.5 * ca * h * h - mass_damping * drift)
 
 
 @jit

@@ -11,7 +11,8 @@ from bristle_ros.physics.motion import CLAMP, drive_clamp, frame_at, is_polygon,
 from bristle_ros.physics.wire import (HA, JUMP, keep_strains, LANES, LR, OK, SECTION_FORCE,
                                       STRAIN0, X, X0)
 
-from .newton import NEWTON, SUBSTEPS, try_step, UNFINISHED
+from .newton import AT_FINEST, NEWTON, SPLIT, SUBSTEPS, try_step, UNFINISHED
+from .records import bristle_of
 
 EASY = 5                # iterations up to which a sub-step may become longer again
 DEEPEST = 14            # halvings of the integration step
@@ -73,38 +74,44 @@ def part_frame(model, motion, azimuth, start, step, position, scratch, frame):
 
 
 @inlined
-def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, tip, counts,
-               scratch, start, step, table):
+def place_frames(model, state, azimuth, step, position, size, scratch):
+    """Fill the frames of a sub-step, `size` from `position` on of WHOLE in a step."""
+    for i in range(3):
+        if size == WHOLE:
+            turn_frame(scratch.table[2 * step + i], azimuth[0], azimuth[1], scratch.frames[i])
+        else:
+            part_frame(model, state.motion, azimuth, state.step[0], step,
+                       position + 0.5 * i * size, scratch, scratch.frames[i])
+
+
+@inlined
+def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
     """
     Advance one bristle over one integration step, in halves of halves where Newton fails.
 
-    start, step : int     steps before this call, and in it
-    table : (3, FRAME)    frame records at azimuth 0 at the step's start, middle and end
+    step : int      counted from the start of this call
     Returns OK, or the last failure's status with the state as it was at the step's start.
     """
-    frames = scratch.frames
+    nodes, tip, counts = bristle.nodes, bristle.tip, bristle.counts
     if viscosity is not None and is_polygon(model):
-        keep_strains(s)
+        keep_strains(nodes)
     position = 0
     level = int(tip[LEVEL])
+    deepest = 0
     if level > 0:
-        keep_copy(s, tip, scratch.saved, scratch.saved_tip)
+        keep_copy(nodes, tip, scratch.saved, scratch.saved_tip)
     if audit is not None:
         for i in range(audit.size):
             scratch.saved_audit[i] = audit[i]
     for _ in range(MAX_ATTEMPTS):
         size = WHOLE >> level
-        for i in range(3):
-            if size == WHOLE:
-                turn_frame(table[i], azimuth[0], azimuth[1], frames[i])
-            else:
-                part_frame(model, motion, azimuth, start, step, position + 0.5 * i * size,
-                           scratch, frames[i])
+        place_frames(model, state, bristle.azimuth, step, position, size, scratch)
         counted = counts[NEWTON]
-        status = try_step(model, law, viscosity, audit, s, mids, chain, tip, counts, frames,
-                          scratch, model.its / (1 << level), model.its / (1 << FINEST))
+        status = try_step(model, law, viscosity, audit, bristle, scratch,
+                          model.its / (1 << level), model.its / (1 << FINEST))
         if status == OK:
             position += size
+            deepest = max(deepest, level)
             if level > 0:
                 counts[SUBSTEPS] += 1
                 if counts[NEWTON] - counted <= EASY and position % (2 * size) == 0 and (
@@ -112,47 +119,43 @@ def whole_step(model, law, viscosity, audit, motion, azimuth, s, mids, chain, ti
                     level -= 1
             if position == WHOLE:
                 tip[LEVEL] = level
+                counts[SPLIT] += deepest > 0
+                counts[AT_FINEST] += deepest >= FINEST
                 return OK
         else:
             if position == 0:
-                keep_copy(s, tip, scratch.saved, scratch.saved_tip)
+                keep_copy(nodes, tip, scratch.saved, scratch.saved_tip)
             level += 1
             if level > DEEPEST:
                 break
-    keep_copy(scratch.saved, scratch.saved_tip, s, tip)
+    keep_copy(scratch.saved, scratch.saved_tip, nodes, tip)
     if audit is not None:
         for i in range(audit.size):
             audit[i] = scratch.saved_audit[i]
     tip[MATRIX_STEP] = 0.0
     for j in range(model.blocks):
         for i in range(7 * LANES):
-            s[j, X * LANES + i] = s[j, X0 * LANES + i]
+            nodes[j, X * LANES + i] = nodes[j, X0 * LANES + i]
     return UNFINISHED if status == OK else status
 
 
 @jit
-def fill_frames(model, law, state, scratch, steps, table):
-    """
-    Fill the frame records at azimuth 0 of the next `steps` steps: all bristles share them.
-
-    table : (2 BATCH + 1, FRAME)    at the steps' starts and ends and, with contact, middles
-    """
+def fill_frames(model, law, state, scratch, steps):
+    """Fill scratch.table for the next `steps` steps; no middles where there is no contact."""
     for i in range(2 * steps + 1):
         if law is not None or i % 2 == 0:
             mount_frame(model, state.motion, (state.step[0] + 0.5 * i) * model.its, scratch,
-                        table[i])
+                        scratch.table[i])
 
 
 @inlined
-def make_steps(model, law, viscosity, audit, state, scratch, table, bristle, steps):
+def make_steps(model, law, viscosity, audit, state, scratch, number, steps):
     """Advance a bristle by `steps` steps; OK, or a status and in scratch.failed the step."""
-    account = None if audit is None else audit[bristle]
+    account = None if audit is None else audit[number]
+    bristle = bristle_of(model, state, number)
     status = OK
     for step in range(steps):
-        status = whole_step(
-            model, law, viscosity, account, state.motion, model.azimuth[bristle],
-            state.nodes[bristle], state.mids[bristle], state.chain[bristle], state.tip[bristle],
-            state.counts[bristle], scratch, state.step[0], step, table[2 * step:])
+        status = whole_step(model, law, viscosity, account, state, bristle, scratch, step)
         if status != OK:
             scratch.failed[0] = step
             break
@@ -160,7 +163,7 @@ def make_steps(model, law, viscosity, audit, state, scratch, table, bristle, ste
 
 
 @jit
-def advance(model, law, viscosity, audit, state, scratch, table, queue, steps):
+def advance(model, law, viscosity, audit, state, scratch, queue, steps):
     """
     Advance the bristles of a queue by `steps` steps in place, one after the other.
 
@@ -172,7 +175,7 @@ def advance(model, law, viscosity, audit, state, scratch, table, queue, steps):
     worst = OK
     bristle = take(queue)
     while bristle < model.bristles:
-        status = make_steps(model, law, viscosity, audit, state, scratch, table, bristle, steps)
+        status = make_steps(model, law, viscosity, audit, state, scratch, bristle, steps)
         failed = scratch.failed
         if status != OK and (worst == OK or failed[0] < failed[1] or (
                 failed[0] == failed[1] and bristle < failed[2])):
@@ -184,7 +187,7 @@ def advance(model, law, viscosity, audit, state, scratch, table, queue, steps):
 
 
 @jit
-def advance_alone(model, law, viscosity, audit, state, scratch, table, steps):
+def advance_alone(model, law, viscosity, audit, state, scratch, steps):
     """
     Advance the only bristle by any number of steps, frame records and state.step[0] with it.
 
@@ -193,9 +196,9 @@ def advance_alone(model, law, viscosity, audit, state, scratch, table, steps):
     """
     while steps > 0:
         batch = min(steps, BATCH)
-        fill_frames(model, law, state, scratch, batch, table)
+        fill_frames(model, law, state, scratch, batch)
         scratch.known[:batch * PARTS + 1] = 0
-        status = make_steps(model, law, viscosity, audit, state, scratch, table, 0, batch)
+        status = make_steps(model, law, viscosity, audit, state, scratch, 0, batch)
         if status != OK:
             state.step[0] += scratch.failed[0]
             return status

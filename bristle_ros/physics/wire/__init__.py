@@ -2,6 +2,7 @@
 # flake8: noqa: F401  what other rooms may use
 from .beam import clamp_reaction, internal_forces, Section, stiffness
 from .chain import chain_work, CORNER, eliminate, factorise, INVERSE, MIDS, OK, RECORD, substitute
+from .coefficients import pseudo_step, StepCoefficients
 from .damping import accept_damping, keep_strains, predict_damping, strains
 from .dynamics import accept_step, begin_step, local_error, rescale_memory, residual
 from .layout import (A0, ACC0, BLOCK, block_count, ELEMENTS, HA, HV, INERTIA, JUMP, LANES, LR,

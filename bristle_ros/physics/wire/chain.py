@@ -8,6 +8,7 @@ three matrices of six columns, padded to eight rows so that a column is two vect
 the right-hand side.
 """
 from bristle_ros.physics.compiler import jit, load4, load8, store4, store8
+from bristle_ros.physics.motion import SPIN, SPIN_RATE
 import numpy as np
 from numpy.typing import NDArray
 
@@ -117,15 +118,16 @@ def _take_product(a, x, row_x, col_x, b, y, row_y, col_y, out, at):
 
 
 @jit
-def _add_nodes(s, lane, work, at, mass_factor, spin, spin_rate, cv):
+def _add_nodes(s, lane, work, at, step, frame):
     """
     Add inertia, frame forces and the moment's own turning to the blocks at work[at:].
 
     s : (BLOCK,)                     rows of the four nodes in s[lane:lane + 4] of each row
-    mass_factor [1/s^2] : float      ca + alpha_D cv
-    spin [rad/s], spin_rate [rad/s^2] : (3,)   Omega and its rate, brush axes
+    step : StepCoefficients, frame : (FRAME,)   of the step's end
     Frame forces' tangent: m (Omega x (Omega x u) + Omega' x u + 2 cv Omega x u).
     """
+    mass_factor, cv = step.mass_factor, step.cv
+    spin, spin_rate = frame[SPIN:], frame[SPIN_RATE:]
     q0, q1 = load4(s, Q * LANES + lane), load4(s, (Q + 1) * LANES + lane)
     q2, q3 = load4(s, (Q + 2) * LANES + lane), load4(s, (Q + 3) * LANES + lane)
     r11, r12, r13 = (1.0 - 2.0 * (q2 * q2 + q3 * q3), 2.0 * (q1 * q2 - q0 * q3),
@@ -248,23 +250,24 @@ def _link(work, lane, before, record):
 
 
 @jit
-def factorise(s, elements, section, factor, mass_factor, spin, spin_rate, cv, mids, chain, work):
+def factorise(s, elements, section, step, frame, mids, chain, work):
     """
     Factorise the iteration matrix at the present state into `mids` and `chain`; OK or SINGULAR.
 
     s : (blocks, BLOCK)            the bristle, its internal forces evaluated at the present state
     mids : (blocks, MIDS)          mid nodes, chain : (elements, RECORD) corners
+    step : StepCoefficients, frame : (FRAME,)    of the step's end
     work : (CHAIN_WORK,)           scratch
-    The matrix is factor * material + geometric stiffness + what `_add_nodes` names.
+    The matrix is step.factor * material + geometric stiffness + what `_add_nodes` names.
     """
     for e in range(elements):
         j = e // ELEMENTS
         lane = e % ELEMENTS
         if lane == 0:
-            block_tangent(s[j], section, factor, work)
+            block_tangent(s[j], section, step.factor, work)
             keep_strain_matrix(s[j], work, mids[j], STRAIN_MATRIX)
-            _add_nodes(s[j], 0, work, MIDDLE_MIDDLE, mass_factor, spin, spin_rate, cv)
-            _add_nodes(s[j], ELEMENTS, work, RIGHT_RIGHT, mass_factor, spin, spin_rate, cv)
+            _add_nodes(s[j], 0, work, MIDDLE_MIDDLE, step, frame)
+            _add_nodes(s[j], ELEMENTS, work, RIGHT_RIGHT, step, frame)
             fillers = range(elements - j * ELEMENTS, ELEMENTS)
             for filler in fillers:
                 for i in range(6):

@@ -17,8 +17,8 @@ from math import sqrt
 from bristle_ros.physics.compiler import jit, load8, store8
 from bristle_ros.physics.motion import DRAG_SPIN, GRAVITY, SPIN, SPIN_RATE
 
-from .layout import (A0, ACC0, FORCE, HA, HV, INERTIA, JUMP, LANES, MASS, Q, Q0, R, TORQUE, V0, X,
-                     X0)
+from .layout import (A0, ACC0, FORCE, HA, HV, INERTIA, JUMP, LANES, MASS, Q, Q0, R, tip_lane,
+                     TORQUE, V0, X, X0)
 
 
 @jit
@@ -158,20 +158,20 @@ def residual(s, blocks, ca, cv, mass_damping, frame):
 
 
 @jit
-def local_error(s, blocks, h, scheme, tip_block, tip_lane, p1, p2, p3):
+def local_error(s, elements, h, scheme, push):
     """
     Return the local error of the step's displacements, root mean square over the mass [m].
 
     The scheme's leading error is |beta + sigma / 2 - 1/6| h^3 da/dt, sigma = alpha_m - alpha_f,
     since its A stands for the acceleration at t + sigma h; h da/dt is the change of A, at the tip
-    with the change p [m/s^2] of what contact gives it, which A does not hold.
+    with the change `push` [m/s^2] (3) of what contact gives it, which A does not hold.
     """
     ca = (1.0 - scheme.alpha_m) / ((1.0 - scheme.alpha_f) * scheme.beta * h * h)
     back = 1.0 / (1.0 - scheme.alpha_m)
     by_step, by_old = back * (1.0 - scheme.alpha_f), back * scheme.alpha_f
     total = load8(s[0], MASS * LANES) * 0.0
     mass = total
-    for j in range(blocks):
+    for j in range(s.shape[0]):
         r = s[j]
         square = total * 0.0
         for row in range(3):
@@ -179,12 +179,13 @@ def local_error(s, blocks, h, scheme, tip_block, tip_lane, p1, p2, p3):
             square = square + change * change
         total = total + load8(r, MASS * LANES) * square
         mass = mass + load8(r, MASS * LANES)
-    r = s[tip_block]
+    block, lane = tip_lane(elements)
+    r = s[block]
     tip_change = 0.0
-    for row, push in enumerate((p1, p2, p3)):
+    for row in range(3):
         store8(r, FORCE * LANES, _change_of_a(r, row, ca, by_step, by_old, back))
-        tip_change += (2.0 * r[FORCE * LANES + tip_lane] + push) * push
-    total = max(_sum(r, total) + r[MASS * LANES + tip_lane] * tip_change, 0.0)
+        tip_change += (2.0 * r[FORCE * LANES + lane] + push[row]) * push[row]
+    total = max(_sum(r, total) + r[MASS * LANES + lane] * tip_change, 0.0)
     constant = abs(scheme.beta + 0.5 * (scheme.alpha_m - scheme.alpha_f) - 1.0 / 6.0)
     return constant * h * h * sqrt(total / _sum(r, mass))
 

@@ -1,6 +1,7 @@
 """The kernels without the compiler: same source, same numbers."""
 from dataclasses import replace
 import os
+import re
 import subprocess
 import sys
 
@@ -68,3 +69,13 @@ def test_interpreted_kernels_give_the_same(tmp_path):
     # there was contact to compare
     assert compiled['1 contact_impulse'][0, 2] > 0.0
     assert compiled['2 contact_impulse'][0, 2] > 0.0
+
+
+def test_what_the_kernels_promise_step_by_step(root):
+    # the tests of interpreted/ want plain Python: seconds instead of a new variant compiled
+    run = subprocess.run(
+        [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider',
+         'test/physics/interpreted'], cwd=root, text=True, capture_output=True,
+        env={**os.environ, 'NUMBA_DISABLE_JIT': '1'})
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert int(re.search(r'(\d+) passed', run.stdout)[1]) > 90, 'none was left out'

@@ -44,6 +44,18 @@ def test_both_load_cases_give_one_path_and_the_same_reactions():
     assert driven[-1].theta == inertia[-1].theta
 
 
+def test_all_bristles_of_a_driven_brush_are_seen_in_the_exact_axes():
+    # outputs of the second bristle on came out in the axes of the first one's ramped loads
+    scene = free_rotation(1e-4)
+    scene = replace(scene, brush=replace(scene.brush, bristle_count=3),
+                    solver=replace(scene.solver, elements=6))
+    [inertia], [driven] = (samples(each, 0.05, 0.05) for each in (scene, displacement(scene)))
+    for name in ('tip_position', 'tip_position_road', 'mount_force', 'brush_torque'):
+        ours, theirs = getattr(inertia, name), getattr(driven, name)
+        np.testing.assert_allclose(theirs, ours, atol=1e-3 * np.abs(ours).max(), err_msg=name)
+    assert driven.omega == inertia.omega
+
+
 def test_both_load_cases_agree_in_contact_up_to_the_second_impact():
     inertia = samples(tilted_sweep(1e-4, viscosity=1e-3), 0.14)
     driven = samples(displacement(tilted_sweep(1e-4, viscosity=1e-3)), 0.14)

@@ -5,6 +5,7 @@ from bristle_ros.physics.wire import layout
 from bristle_ros.physics.wire.beam import internal_forces, Section, stiffness
 from bristle_ros.physics.wire.chain import (chain_work, eliminate, factorise, MIDS, RECORD,
                                             substitute)
+from bristle_ros.physics.wire.coefficients import pseudo_step
 from bristle_ros.physics.wire.dynamics import residual
 from bristle_ros.physics.wire.tangent import (BLOCK, block_tangent, LEFT_LEFT, moment_tangent,
                                               TANGENT_WORK)
@@ -185,8 +186,8 @@ def test_chain_solves_what_a_dense_matrix_solves(elements):
     chain = np.zeros((elements, RECORD))
     mids = np.zeros((beam.blocks, MIDS))
     right = rng.normal(size=(2 * elements, 6))
-    assert factorise(beam.s, elements, SECTION, 1.0, ca + alpha * cv, frame[SPIN:],
-                     frame[SPIN_RATE:], cv, mids, chain, chain_work()) == 0
+    step = pseudo_step(ca)._replace(cv=cv, mass_factor=ca + alpha * cv)
+    assert factorise(beam.s, elements, SECTION, step, frame, mids, chain, chain_work()) == 0
     for n in range(2 * elements):
         beam.at(n + 1, layout.R, 6)[:] = right[n]
     eliminate(beam.s, elements, mids, chain)

@@ -187,7 +187,7 @@ def test_45_degree_bend():
     bend.rows[:, layout.STRESS0:layout.STRESS0 + 6] = (
         -np.array(stiffness(section))[None, :, None] * strain)
     bend.rows[:, layout.MASS] = 1.0
-    wire.s, wire.rows = bend.s, bend.rows
+    wire.s[...] = bend.s
     internal_forces(bend.s, bend.blocks, np.concatenate(arc[0]), section, 1.0, 0.0)
     assert abs(bend.points(layout.STRESS)).max() < 1e-9 * ei
     tip, _ = wire.settle([0.0, 0.0, 600.0, 0.0, 0.0, 0.0])

@@ -5,6 +5,7 @@ from bristle_ros.physics.wire import layout
 from bristle_ros.physics.wire.beam import internal_forces, Section
 from bristle_ros.physics.wire.chain import (chain_work, eliminate, factorise, MIDS, OK, RECORD,
                                             STRAIN_MATRIX, substitute)
+from bristle_ros.physics.wire.coefficients import pseudo_step
 from bristle_ros.physics.wire.dynamics import residual
 from bristle_ros.physics.wire.section_force import add_excess, update_section_forces
 import numpy as np
@@ -41,9 +42,9 @@ class Frozen:
         self.freeze()
 
     def freeze(self):
-        beam, none = self.beam, np.zeros(3)
-        assert factorise(beam.s, beam.elements, SECTION, 1.0, self.acceleration, none, none, 0.0,
-                         self.mids, self.chain, chain_work()) == OK
+        beam = self.beam
+        assert factorise(beam.s, beam.elements, SECTION, pseudo_step(self.acceleration),
+                         self.frame, self.mids, self.chain, chain_work()) == OK
 
     def corrections(self, count, mixed):
         """Return the sizes of Newton's corrections from here on, X0 and Q0 at rest, no loads."""

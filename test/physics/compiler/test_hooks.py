@@ -1,0 +1,88 @@
+"""
+What the compiler room takes of numba that numba does not promise: each hook by its name.
+
+Where one is gone the failure says which, and who needs it; without it kernels would be slower, or
+stale, or not compile at all.
+"""
+import inspect
+from pathlib import Path
+
+from bristle_ros.physics.compiler.jit import _Cache, _OPTIONS, FOLDER
+from bristle_ros.physics.motion.drive import profile_at
+from llvmlite import ir
+import numba
+from numba.core import caching, types
+from numba.core.typing import templates
+import numba.extending
+import pytest
+
+TESTED = '0.68.1'   # of numba: what requirements.txt pins, and what these hooks were tried with
+
+# owner, attribute, what for
+HOOKS = [
+    (caching, 'FunctionCache', 'jit.py: a cache that trusts no file'),
+    (caching.FunctionCache, 'load_overload', 'jit.py: a damaged file is compiled anew'),
+    (caching.FunctionCache, 'save_overload', 'jit.py: one process at a time saves'),
+    (caching.IndexDataCacheFile, '_dump', 'jit.py: a checksum goes behind the content'),
+    (caching.IndexDataCacheFile, '_load_data', 'jit.py: and is compared'),
+    (caching.IndexDataCacheFile, '_data_path', 'jit.py: where the content is'),
+    (numba.config, 'CACHE_DIR', 'jit.py: a folder for each content of the kernels'),
+    (numba.config, 'DISABLE_JIT', 'jit.py, lanes.py, work_queue.py: kernels as plain Python'),
+    (numba.types, 'unliteral', 'jit.py: one version for all constants'),
+    (templates, 'AbstractTemplate', 'lanes.py: operators of vectors'),
+    (templates, 'infer_global', 'lanes.py: operators of vectors'),
+    (templates, 'signature', 'lanes.py: operators of vectors'),
+    (numba.extending, 'lower_builtin', 'lanes.py: operators of vectors'),
+    (numba.extending, 'register_model', 'lanes.py: the type of a vector'),
+    (numba.extending.models, 'PrimitiveModel', 'lanes.py: the type of a vector'),
+    (types, 'Type', 'lanes.py: the type of a vector'),
+    (ir.IRBuilder, 'atomic_rmw', 'work_queue.py: a queue that threads share'),
+    (ir, 'VectorType', 'lanes.py: vectors'),
+]
+
+
+@pytest.mark.parametrize(('owner', 'name', 'purpose'), HOOKS)
+def test_a_hook_is_there(owner, name, purpose):
+    assert hasattr(owner, name), (
+        f'numba {numba.__version__} has no {owner.__name__}.{name} (tested with {TESTED}): '
+        f'{purpose}')
+
+
+def test_what_a_kernel_has_of_numba():
+    for name, purpose in (('_cache', 'another cache'), ('get_call_template', 'no literal types')):
+        assert hasattr(profile_at, name), (
+            f'a dispatcher of numba {numba.__version__} has no {name} (tested with {TESTED}): '
+            f'{purpose}')
+    cache = caching.FunctionCache(profile_at.py_func)
+    for name in ('_cache_file', 'load_overload', 'save_overload'):
+        assert hasattr(cache, name), f'FunctionCache of numba {numba.__version__} has no {name}'
+    for name in ('_dump', '_load_data', '_data_path', '_index_path'):
+        assert hasattr(cache._cache_file, name), (
+            f'the cache file of numba {numba.__version__} has no {name} (tested with {TESTED})')
+    assert isinstance(profile_at._cache, _Cache), 'kernels have the cache of jit.py'
+    assert Path(profile_at._cache.cache_path).is_relative_to(FOLDER), (
+        'numba.config.CACHE_DIR still decides where code is kept')
+
+
+def test_the_content_of_a_cache_file_goes_through_dump_and_load_data():
+    # jit.py puts its own in their place on the instance: numba has to call them there
+    source = inspect.getsource(caching.IndexDataCacheFile)
+    for call in ('self._dump(', 'self._load_data('):
+        assert call in source, f'numba {numba.__version__} no longer calls {call}...)'
+
+
+def test_kernels_have_no_reference_counts():
+    # _nrt: an allocation does not even compile
+    assert _OPTIONS['_nrt'] is False
+
+    @numba.njit(**_OPTIONS)
+    def allocate(n):
+        return [n]
+
+    with pytest.raises(numba.core.errors.NumbaError, match='NRT|_nrt|nrt'):
+        allocate(3)
+
+
+def test_the_pinned_version_is_the_tested_one(root):
+    assert f'numba=={TESTED}\n' in (root / 'requirements.txt').read_text(), (
+        'another numba is pinned: try the hooks above with it, then write it down as TESTED')
