@@ -14,6 +14,7 @@ import time
 from .frame import frame_of, row_of, Status, tracked, trail_of
 
 RATE = 30.0         # [Hz] of frames, at most
+DOUBTS = 1.0        # [s] between looks at what makes the run doubtful
 KEPT = 4000         # chunks that a page which hangs may miss
 SHOWN, FAILED, END = 'shown', 'failed', ('end',)
 GONE = 'the process that simulates has ended'
@@ -56,11 +57,12 @@ class Run:
     def __init__(self, connection, scene):
         """Compile; this takes up to a minute where the cache is empty."""
         from bristle_ros.realtime import Driver, PacingThread
-        from bristle_ros.simulation import MountPath, Simulation
+        from bristle_ros.simulation import MountPath, RunWatch, Simulation
         self._outbox = Outbox(connection, scene)
         simulation = Simulation(scene)
         self._driver = driver = Driver(simulation)
-        driver.mount = MountPath(scene)
+        driver.mount, driver.watch = MountPath(scene), RunWatch(simulation)
+        self._doubts, self._doubts_due = (), 0.0
         self._last, self._ended = None, ''
         self._pacing = PacingThread(driver, self._deliver, self._end)
 
@@ -101,11 +103,15 @@ class Run:
 
     def _status(self):
         driver, last = self._driver, self._last
+        if time.monotonic() >= self._doubts_due:
+            self._doubts_due = time.monotonic() + DOUBTS
+            self._doubts = tuple(str(doubt) for doubt in driver.warnings(ended=False)
+                                 if doubt.acts)
         error, speed = (last.error_estimate, float(last.omega)) if last else (0.0, 0.0)
         state = 'ended' if self._ended else 'paused' if driver.paused else 'running'
         return Status(
             state, driver.total_step * driver.its, driver.real_time_factor, driver.reached(),
-            driver.late_chunks, error, speed, self._ended)
+            driver.late_chunks, error, speed, self._ended, self._doubts)
 
 
 def main(connection, make, *arguments):

@@ -1,4 +1,4 @@
-"""The curves beside the brush: normal force, torque, power over the last seconds, with means."""
+"""The curves beside the brush: force, torque, power, stress over the last seconds, with means."""
 from collections import deque
 
 import numpy as np
@@ -9,7 +9,7 @@ from .frame import COLUMNS
 SPAN = 6.0      # [s] of simulation time that is shown
 POINTS = 300    # of a curve; each is a mean over what lies between
 KEPT = 20000    # rows, at most
-HEIGHT = 150    # [px]
+HEIGHT = 130    # [px]
 
 
 class Window:
@@ -48,15 +48,17 @@ class Window:
 class Curves:
     """The charts of a Window."""
 
-    CHARTS = (('normal_force', 'normal force of the road [N]', colours.ARROW),
-              ('torque', 'torque of the drive [N m]', colours.BRAND),
-              ('power', 'power of the drive [W]', (35, 130, 90)))
+    # column, what it is, colour, what is shown per SI unit
+    CHARTS = (('normal_force', 'normal force of the road [N]', colours.ARROW, 1.0),
+              ('torque', 'torque of the drive [N m]', colours.BRAND, 1.0),
+              ('power', 'power of the drive [W]', (35, 130, 90), 1.0),
+              ('stress', 'largest stress at a clamp [MPa]', (130, 80, 160), 1e-6))
 
     def __init__(self, gui):
         """Lay the charts out where `gui` is."""
         self.window = Window()
         self._charts, self._texts = {}, {}
-        for name, title, colour in self.CHARTS:
+        for name, title, colour, _ in self.CHARTS:
             self._texts[name] = gui.add_html(_caption(title, colour, float('nan')))
             zeros = np.zeros(2)
             self._charts[name] = gui.add_uplot(
@@ -70,11 +72,14 @@ class Curves:
     def draw(self):
         """Bring the charts up to date."""
         curves, means = self.window.curves(), self.window.means()
-        for name, title, colour in self.CHARTS:
-            values = curves[name]
-            self._charts[name].data = (
-                curves['t'], values, np.full(len(values), np.mean(values)))
-            self._texts[name].content = _caption(title, colour, means[name])
+        for name, title, colour, scale in self.CHARTS:
+            values = curves[name] * scale
+            known = bool(np.isfinite(values).all())     # stress is neither logged nor published
+            self._charts[name].visible = self._texts[name].visible = known
+            if known:
+                self._charts[name].data = (
+                    curves['t'], values, np.full(len(values), np.mean(values)))
+                self._texts[name].content = _caption(title, colour, means[name] * scale)
 
 
 def _caption(title, colour, mean):

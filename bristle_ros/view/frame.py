@@ -7,7 +7,7 @@ import numpy as np
 
 TRACKED = 13    # bristles whose tips leave a trail, at most
 # Columns of the rows that curves are made of; SI, whole brush.
-COLUMNS = ('t', 'omega', 'normal_force', 'torque', 'power', 'error')
+COLUMNS = ('t', 'omega', 'normal_force', 'torque', 'power', 'stress')
 
 
 class Frame(NamedTuple):
@@ -19,6 +19,7 @@ class Frame(NamedTuple):
     force: np.ndarray           # [N] (B, 3) of the road on one wire, mount axes
     mount: np.ndarray           # [m] (3,) mount centre, road axes
     orientation: tuple          # of the mount on the road: quaternion x, y, z, w
+    stress: object = None       # [Pa] (B,) largest size at a clamp's corners; None: not known
     exact: bool = True          # False: the wires are drawn straight, they are not known
 
 
@@ -56,7 +57,12 @@ def row_of(snapshot, scene):
     normal = float(snapshot.contact_force[:, 2].sum()) * scene.brush.wires_per_bristle
     torque = -float(snapshot.brush_torque[2])
     return (snapshot.t, snapshot.omega, normal, torque, torque * snapshot.omega,
-            snapshot.error_estimate)
+            float(stress_of(snapshot).max()))
+
+
+def stress_of(snapshot):
+    """Return the largest size of the axial stress at each clamp's corners [Pa]: (B,)."""
+    return np.abs(snapshot.clamp_stress).max(axis=1)
 
 
 def trail_of(snapshot, mount, bristles):
@@ -71,7 +77,7 @@ def frame_of(snapshot, centreline, mount):
     return Frame(
         snapshot.t, snapshot.theta, centreline.astype(np.float32),
         (snapshot.contact_force @ mount.rotation).astype(np.float32), mount.position,
-        mount.orientation)
+        mount.orientation, stress_of(snapshot).astype(np.float32))
 
 
 def resting_pose(scene):

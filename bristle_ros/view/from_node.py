@@ -93,7 +93,8 @@ class NodeSource:
             0.0 if silent else self._number('real-time factor reached', 0.0),
             int(self._number('late chunks', 0)), self._number('estimated error', 0.0),
             float(self._omega),
-            f'waiting for {self._watch.name} to come back' if gone else self._watch.answer)
+            f'waiting for {self._watch.name} to come back' if gone else self._watch.answer,
+            tuple(text for key, text in self._values.items() if key.startswith('warning: ')))
 
     def _number(self, key, default):
         try:

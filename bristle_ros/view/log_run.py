@@ -26,7 +26,7 @@ class Logged(NamedTuple):
     """What a log says at n chunk ends."""
 
     scene: Scene
-    rows: np.ndarray    # (n, len(COLUMNS)); the error is not logged: NaN
+    rows: np.ndarray    # (n, len(COLUMNS)); stress is not logged: NaN
     theta: np.ndarray   # [rad] (n,)
     poses: np.ndarray   # (n, 7) mount centre [m] and quaternion x, y, z, w, on the road
     note: str           # that it was cut off or damaged, or ''

@@ -98,6 +98,7 @@ class Page:
                 return      # nobody looks: four frames a second are there for who comes
             with self.server.atomic():
                 if update.frame is not None:
+                    self._stage.colour_by(self._panel.by_stress)
                     self._stage.show(update.frame)
                 if slow:
                     self._slow_due = time.monotonic() + SLOW

@@ -10,6 +10,7 @@ from . import colours
 
 LIFT = 20.0     # [mm] above the road to which the slider lifts the brush
 DEEP = 80.0     # [mm] penetration at which it ends, where the wires are long enough
+FORCE, STRESS = 'force on a wire', 'stress at its clamp'
 PLAY, PAUSE, RESUME, STEP, RESET = 'Play', 'Pause', 'Go on', 'One chunk', 'Reset'
 _STATES = {'compiling': '#8a6d00', 'running': '#1b7f3b', 'paused': '#666666', 'ended': '#b02020',
            'reading': '#8a6d00', 'playing': '#1b7f3b', 'waiting': '#8a6d00', 'gone': '#b02020'}
@@ -65,6 +66,7 @@ class Panel:
         if scenes:
             self._menu = menu = self._gui.add_dropdown('scene', tuple(scenes))
             menu.on_update(lambda event: event.client and self._try('choose', menu.value))
+        self._colour = self._gui.add_dropdown('colour of wires', (FORCE, STRESS))
         if plays:
             self._put_player()
             return
@@ -73,6 +75,11 @@ class Panel:
         self._put_exact()
         if scenes:
             self._put_keys()
+
+    @property
+    def by_stress(self):
+        """Whether wires are to be coloured by the stress at their clamps."""
+        return self._colour.value == STRESS
 
     def take(self, scene, chosen):
         """Set the controls to a scene at its start; None: there is none yet to be commanded."""
@@ -205,9 +212,10 @@ class Panel:
         """
         Show a Status.
 
-        largest [N] : where the scale of colours ends; duration [s] : of a log, else None
+        largest [N] or [Pa] : where the scale of colours ends; duration [s] : of a log, else None
         """
-        self._status.content = _status_html(status, largest)
+        scale = f'{largest * 1e-6:.3g} MPa' if self.by_stress else f'{largest:.2g} N'
+        self._status.content = _status_html(status, self._colour.value, scale if largest else '')
         if self._time is not None and duration:
             self._time.max = duration
             self._time.value = min(status.t, duration)
@@ -220,7 +228,7 @@ def _number(label, text):
         raise SceneError('must be a number', key=label, value=text) from None
 
 
-def _status_html(status, largest):
+def _status_html(status, coloured, largest):
     """Return the state of a run in a few lines."""
     asked = 'as fast as it goes' if status.asked == 0.0 else f'asked {status.asked:.3g}'
     rows = [('time', f'{status.t:.2f} s'),
@@ -241,8 +249,8 @@ def _status_html(status, largest):
         f'<div style="height: 8px; border-radius: 4px; margin-top: 8px; '
         f'background: {colours.ramp()}"></div>'
         '<div style="display: flex; justify-content: space-between; color: #666; '
-        f'font-size: 12px"><span>0</span><span>force on a wire</span>'
-        f'<span>{largest:.2g} N</span></div>')
+        f'font-size: 12px"><span>0</span><span>{coloured}</span>'
+        f'<span>{largest}</span></div>')
     return ('<div style="font-size: 13px; margin: 4px 8px; font-variant-numeric: tabular-nums">'
             f'{state}{notes}<div style="display: grid; grid-template-columns: auto 1fr; '
             f'column-gap: 14px; margin-top: 2px">{cells}</div>{scale}</div>')

@@ -36,7 +36,8 @@ class Stage:
         self._put_board()
         self._road = self._put_road() if scene.contact.enabled else None
         self._wires = self._arrows = self._trails = None
-        self.largest = 0.0      # [N] on a wire where the scale of colours ends
+        self.largest = 0.0      # [N] or [Pa] where the scale of colours ends
+        self.by_stress = False  # colour wires by the stress at their clamps, not by force
         self._trail, self._tracked = deque(maxlen=TRAIL), len(tracked(brush.bristle_count))
         self._place_camera()
 
@@ -66,6 +67,11 @@ class Stage:
         return self._nodes.add_image('/road', _asphalt(), size, size, format='jpeg',
                                      cast_shadow=False, wxyz=(0.0, 1.0, 0.0, 0.0))
 
+    def colour_by(self, stress):
+        """Colour the wires by the stress at their clamps, or by the force on them."""
+        if stress != self.by_stress:
+            self.by_stress, self.largest = stress, 0.0
+
     def show(self, frame):
         """Show a Frame."""
         x, y, height = frame.mount.tolist()
@@ -83,6 +89,8 @@ class Stage:
         line = frame.centreline
         points = np.stack((line[:, :-1], line[:, 1:]), axis=2).reshape(-1, 2, 3)
         size = np.sqrt(np.einsum('ij,ij->i', frame.force, frame.force))
+        if self.by_stress:
+            size = np.zeros(len(line)) if frame.stress is None else frame.stress
         self._scale_to(size[size > 0.0])
         shade = colours.of_lines(colours.shade(size, max(self.largest, 1e-9)) if frame.exact
                                  else np.tile(colours.UNKNOWN, (len(line), 1)))
