@@ -34,6 +34,8 @@ if [ "${1:-}" = report ]; then
 fi
 if [ "$peers" = yes ]; then
     prepare_venv stamp-report requirements.txt requirements-report.txt
+elif [ "${1:-}" = view ]; then
+    prepare_venv stamp-view requirements.txt requirements-view.txt
 else
     prepare_venv stamp-run requirements.txt
 fi

@@ -44,6 +44,7 @@ setup(
     extras_require={
         'peers': ['exudyn', 'mujoco'],
         'test': ['hypothesis', 'mcap-ros2-support', 'mypy', 'pytest', 'ruff', 'selenium'],
+        'view': ['viser>=1.1,<2'],
     },
     zip_safe=False,
     entry_points={

@@ -29,6 +29,7 @@ VERBS = {
     'plot': ('plot.main', 'draw a log, or the arrays of simulate, to one page of figures'),
     'report': ('report.main',
                'accuracy against run time, stability, cost of each feature: a page'),
+    'view': ('view.main', 'a page with the brush in 3-D, its forces, and controls'),
     'bench': ('verbs.bench', "a scene's run times, as JSON"),
     'scene': ('verbs.scene', 'list every key of a scene, or check a scene file'),
 }

@@ -23,7 +23,7 @@ ORDER = """
     log
     node
     verbs             plot
-    report
+    report            view
 """
 LINE = {room: number for number, line in enumerate(ORDER.split('\n')) for room in line.split()}
 # The package itself names what users call, and the command line every verb: at run time, by text.
@@ -38,8 +38,9 @@ OWNERS = {
     'mcap': ['log.file'],
     'matplotlib': ['report.*', 'plot.*'],
     'rich': ['verbs.simulate'],
+    'viser': ['view.main', 'view.page'],
     'time': ['realtime.driver', 'realtime.pacing_thread', 'node.*', 'log.file', 'log.writer',
-             'simulation.simulation', 'verbs.*', 'report.*'],
+             'simulation.simulation', 'verbs.*', 'report.*', 'view.*'],
 }
 
 

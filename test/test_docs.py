@@ -11,6 +11,7 @@ import sys
 
 from bristle_ros import __main__ as command_line
 from bristle_ros.scene.scene import keys, load
+from bristle_ros.view.main import _options
 import pytest
 import yaml
 
@@ -89,6 +90,15 @@ def test_the_first_five_minutes(checkout):
     verdict, drawn = (run(line, checkout) for line in afterwards)
     assert re.search(r'identical: \d+ messages, 2 commands', verdict), verdict
     assert (checkout / drawn.split()[-1]).read_bytes().startswith(b'\x89PNG')
+
+
+def test_commands_of_the_page():
+    [[first], more] = [*blocks(README.split('## ')[0]), *blocks(section('See it'))]
+    assert first == './run.sh view'
+    for line in more:
+        run_sh, verb, *arguments = shlex.split(line)
+        assert (run_sh, verb) == ('./run.sh', 'view')
+        assert _options(arguments)
 
 
 def test_commands_without_ros(checkout):

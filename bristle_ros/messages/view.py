@@ -201,6 +201,37 @@ class Markers:
             raw[self._actions] = np.where(sizes > 0.0, ADD, DELETE)  # their lowest byte
         return raw.tobytes()
 
+    def decode(self, payload: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """
+        Return what `encode` was given: centreline, and force on each wire in mount axes (B, 3).
+
+        A force whose arrow would be too long has the length that it was drawn with. Raises
+        ValueError for the message of another scene.
+        """
+        raw = np.frombuffer(payload, dtype=np.uint8)
+        if not 0 <= raw.size - self._template.size < 4:     # a middleware may fill it up to four
+            raise ValueError(f'{raw.size} bytes, must be {self._template.size}')
+        pairs = raw[self._lines].view('<f8').reshape(self._bristles, -1, 2, 3)
+        line = np.concatenate((pairs[:, :1, 0], pairs[:, :, 1]), axis=1)
+        force = np.zeros((self._bristles, 3))
+        if self._road is not None:
+            ends = raw[self._ends].view('<f8').reshape(self._bristles, 2, 3)
+            there = raw[self._actions] == ADD
+            force[there] = (ends[there, 1] - ends[there, 0]) / FORCE_SCALE
+        return line, force
+
+
+def decode_pose(payload: bytes, prefix: str) -> tuple[float, ...] | None:
+    """Return position and quaternion x, y, z, w of `brush_mount` on the road, if it is told."""
+    cdr = CdrReader(payload)
+    for _ in range(cdr.count()):
+        cdr.stamp()
+        cdr.string()
+        child, values = cdr.string(), cdr.float64(7)
+        if child == prefix + MOUNT_FRAME:
+            return values
+    return None
+
 
 def _bytes(values: NDArray[np.float64]) -> NDArray[np.uint8]:
     return np.ascontiguousarray(values, dtype='<f8').view(np.uint8)

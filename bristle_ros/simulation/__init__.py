@@ -4,22 +4,23 @@ from typing import TYPE_CHECKING
 from bristle_ros.lazy import lazily
 
 if TYPE_CHECKING:
+    from .commands import (check_command as check_command, CommandRefused as CommandRefused,
+                           Values as Values, values_of as values_of)
     from .equilibrium import static_equilibrium as static_equilibrium
     from .model import (new_scratch as new_scratch, viscosity_of as viscosity_of,
                         WORST_ERROR as WORST_ERROR)
     from .mount_path import MountPath as MountPath, Pose as Pose
     from .run_warnings import (QUANTITIES as QUANTITIES, RunWarning as RunWarning,
                                RunWatch as RunWatch)
-    from .simulation import (CommandRefused as CommandRefused, Simulation as Simulation,
-                             StepFailure as StepFailure, Values as Values,
-                             values_of as values_of)
+    from .simulation import Simulation as Simulation, StepFailure as StepFailure
     from .snapshot import (ACCOUNTED as ACCOUNTED, NPZ_ARRAYS as NPZ_ARRAYS, Snapshot as Snapshot)
 
 __getattr__, __dir__ = lazily(__name__, {
+    'commands': ['check_command', 'CommandRefused', 'Values', 'values_of'],
     'equilibrium': ['static_equilibrium'],
     'model': ['new_scratch', 'viscosity_of', 'WORST_ERROR'],
     'mount_path': ['MountPath', 'Pose'],
     'run_warnings': ['QUANTITIES', 'RunWarning', 'RunWatch'],
-    'simulation': ['CommandRefused', 'Simulation', 'StepFailure', 'Values', 'values_of'],
+    'simulation': ['Simulation', 'StepFailure'],
     'snapshot': ['ACCOUNTED', 'NPZ_ARRAYS', 'Snapshot'],
 })

@@ -1,10 +1,8 @@
 """One scene being stepped: model, state and the compiled functions that it needs, no more."""
-from collections.abc import Iterable
 import math
-from numbers import Real
 from operator import index
 import time
-from typing import Any, SupportsFloat, SupportsIndex, TypeAlias
+from typing import Any, SupportsIndex
 
 from bristle_ros.physics.contact import GAP, gap_at, IMPULSE
 from bristle_ros.physics.motion import (approach_at as compiled_approach_at, APPROACHING, FORWARD,
@@ -15,10 +13,11 @@ from bristle_ros.physics.step import (AT_FINEST, CLAMP_INSIDE, FAILURES, initial
                                       NO_CONVERGENCE, NOT_FINITE, output, own_frame,
                                       SINGULAR_MATRIX, SPLIT, SUBSTEPS, UNFINISHED)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
-from bristle_ros.scene import depth_refusal, Scene, spell, to_parameters
+from bristle_ros.scene import Scene, spell, to_parameters
 import numpy as np
 from numpy.typing import NDArray
 
+from .commands import check_command, Values
 from .equilibrium import settle_state
 from .model import (build_model, build_state, check_start, contact_law, local_error_of,
                     new_scratch, turn_nodes, viscosity_of)
@@ -46,12 +45,8 @@ ramp_at = getattr(compiled_ramp_at, 'py_func', compiled_ramp_at)
 approach_at = getattr(compiled_approach_at, 'py_func', compiled_approach_at)
 kerb_offset = getattr(compiled_kerb_offset, 'py_func', compiled_kerb_offset)
 
-HIGHEST = 10.0  # [m] that a command may lift the brush: what road.penetration may be
 MOST_STEPS = 2**62  # of one call: what a kernel can count
 SLACK = 2e-5    # of an integration step, when a time is compared with a ramp's end
-
-
-Values: TypeAlias = SupportsFloat | Iterable[SupportsFloat]     # of a command
 
 
 class StepFailure(RuntimeError):
@@ -63,23 +58,6 @@ class StepFailure(RuntimeError):
         self.time = at
         self.step = step
         self.reason = reason
-
-
-class CommandRefused(ValueError):
-    """A command that cannot be followed; `str()` is one line with the topic, value and limit."""
-
-
-def values_of(topic: str, values: Values) -> tuple[float, ...]:
-    """Return the values of a command, also a bare number, as a tuple of floats."""
-    given: Any = values
-    if isinstance(values, Real) or getattr(values, 'ndim', 1) == 0:
-        given = values,
-    try:
-        if any(isinstance(value, (str, bytes)) for value in (given, *given)):
-            raise TypeError
-        return tuple(float(value) for value in given)
-    except (TypeError, ValueError, OverflowError):
-        raise CommandRefused(f'{topic}: {values!r}: must be numbers') from None
 
 
 class Simulation:
@@ -244,7 +222,7 @@ class Simulation:
 
     def check_command(self, topic: str, values: Values) -> None:
         """Raise CommandRefused where `command` would; change nothing."""
-        self._limits(topic, values)
+        check_command(self.scene, topic, values)
 
     def command(self, topic: str, values: Values) -> None:
         """
@@ -254,7 +232,7 @@ class Simulation:
         Changes are limited by drive.max_acceleration, sweeper.max_acceleration,
         sweeper.max_yaw_acceleration and road.max_rate. Raises CommandRefused.
         """
-        checked = self._limits(topic, values)
+        checked = check_command(self.scene, topic, values)
         drive, now = self.model.drive, self.step * self.its
         if drive.time_step:
             split_load_step(now, drive, self.state.motion, self._scratch.basics)
@@ -313,37 +291,6 @@ class Simulation:
         x, y = self.scene.sweeper.mount_position
         return (float(motion[MOVED]) - (c * x - s * y),
                 float(motion[MOVED + 1]) - (s * x + c * y) + kerb_offset(now, drive)[0], heading)
-
-    def _limits(self, topic: str, given: Values) -> tuple[float, ...]:
-        scene = self.scene
-        wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1}
-        if not isinstance(topic, str) or topic not in wanted:
-            raise CommandRefused(f'{topic}: no such command; there are {", ".join(wanted)}')
-        values = values_of(topic, given)
-        if len(values) != wanted[topic]:
-            raise CommandRefused(f'{topic}: {len(values)} values, wants {wanted[topic]}')
-        if not all(math.isfinite(value) for value in values):
-            raise CommandRefused(f'{topic}: {values} is not finite')
-        if topic == 'cmd_brush_speed' and abs(values[0]) > scene.drive.max_speed:
-            raise CommandRefused(f'{topic}: {values[0]:g} rad/s is beyond drive.max_speed = '
-                                 f'{scene.drive.max_speed:g} rad/s')
-        if topic == 'cmd_vel':
-            if math.hypot(*values[:2]) > scene.sweeper.max_speed:
-                raise CommandRefused(
-                    f'{topic}: {math.hypot(*values[:2]):g} m/s is beyond sweeper.max_speed = '
-                    f'{scene.sweeper.max_speed:g} m/s')
-            if abs(values[2]) > scene.sweeper.max_yaw_rate:
-                raise CommandRefused(
-                    f'{topic}: {values[2]:g} rad/s is beyond sweeper.max_yaw_rate = '
-                    f'{scene.sweeper.max_yaw_rate:g} rad/s')
-        if topic == 'cmd_penetration':
-            too_deep = depth_refusal(scene, values[0])
-            if too_deep:
-                raise CommandRefused(f'{topic}: {values[0]:g} m {too_deep}')
-            if values[0] < -HIGHEST:
-                raise CommandRefused(f'{topic}: {values[0]:g} m; the brush is lifted by at most '
-                                     f'{HIGHEST:g} m (-{HIGHEST:g})')
-        return values
 
     def _observe(self) -> None:
         output.observe(self.model, self._law, self._viscosity, self.state, self._scratch,

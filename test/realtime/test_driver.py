@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from bristle_ros.realtime.driver import Driver, Event
 from bristle_ros.realtime.pace import BACKLOG_NS, CATCH_UP_NS, WINDOW_NS
 from bristle_ros.realtime.pacing_thread import PacingThread
-from bristle_ros.simulation.simulation import CommandRefused, StepFailure
+from bristle_ros.simulation import CommandRefused, StepFailure
 from bristle_ros.simulation.snapshot import Snapshot
 from examples import waits_in
 import pytest

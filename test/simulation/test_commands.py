@@ -7,7 +7,7 @@ from bristle_ros.physics.step.stepping import own_frame
 from bristle_ros.scene.error import SceneError
 from bristle_ros.scene.scene import Scene
 from bristle_ros.scene.sections import Brush, Contact, Damping, Drive, Road, Solver
-from bristle_ros.simulation.simulation import CommandRefused, Simulation, StepFailure
+from bristle_ros.simulation import CommandRefused, Simulation, StepFailure
 import numpy as np
 from physics.scenes import MOUNT_ANGLE, RPM
 import pytest
