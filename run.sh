@@ -1,19 +1,20 @@
 #!/bin/sh
 # Starts the node on the default scene, or any verb or script, in an environment of this checkout,
 # which is set up first where it is missing.
+here=$(cd "$(dirname "$0")" && pwd)
 case "${1:-}" in
     -h | --help)
-        cat <<'HELP'
+        verbs=$(sed -n "/^VERBS = {/,/^}/s/^    '\([a-z_]*\)'.*/\1/p" "$here/bristle_ros/__main__.py")
+        cat <<HELP
 usage: ./run.sh [ROS arguments]   the node on config/cutting_brush.yaml, for example
                                   ./run.sh -p log.path:=run1 -p run.real_time_factor:=0.5
        ./run.sh VERB ...          a verb; ./run.sh VERB --help tells its arguments:
-                                  brush_node simulate static replay recover plot report bench scene
+                                  $(echo $verbs)
        ./run.sh FILE.py ...       a Python script that may use rclpy and bristle_ros
 HELP
         exit 0
         ;;
 esac
-here=$(cd "$(dirname "$0")" && pwd)
 . "$here/tools/venv.sh"
 cd_back=$PWD
 cd "$here" || exit 2

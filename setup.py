@@ -1,24 +1,32 @@
+import ast
 from glob import glob
-import os
-import re
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
 package_name = 'bristle_ros'
-verbs = ['brush_node', 'simulate', 'static', 'replay', 'recover', 'plot', 'report', 'bench']
+package = Path(__file__).resolve().parent / package_name
 
-with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), package_name, '__init__.py'),
-          encoding='utf-8') as file:
-    version = re.search(r"^__version__ = '(.+)'$", file.read(), re.MULTILINE).group(1)
+
+def literal(module, name):
+    """Return the value that a module gives a name; importing it would take what it imports."""
+    body = ast.parse((package / module).read_text(encoding='utf-8')).body
+    [value] = [node.value for node in body if isinstance(node, ast.Assign)
+               and [getattr(target, 'id', '') for target in node.targets] == [name]]
+    return ast.literal_eval(value)
+
+
+verbs = list(literal('__main__.py', 'VERBS'))
 
 setup(
     name=package_name,
-    version=version,
+    version=literal('__init__.py', '__version__'),
     description='A rotating brush of flexible bristles on a road, for ROS 2',
     license='Apache-2.0',
     maintainer='bristle_ros maintainers',
     maintainer_email='maintainers@bristle-ros.example',
     packages=find_packages(include=[package_name, package_name + '.*']),
+    package_data={package_name: ['py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),
@@ -35,7 +43,7 @@ setup(
         'rosbags>=0.10'],
     extras_require={
         'peers': ['exudyn', 'mujoco'],
-        'test': ['hypothesis', 'mcap-ros2-support', 'pytest'],
+        'test': ['hypothesis', 'mcap-ros2-support', 'mypy', 'pytest', 'ruff'],
     },
     zip_safe=False,
     entry_points={

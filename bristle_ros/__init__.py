@@ -7,6 +7,14 @@ StepFailure (it could not go on), CommandRefused, CompilerRefused. All are impor
 asked for: `--help` needs no numba.
 """
 from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .physics.compiler import CompilerRefused as CompilerRefused
+    from .scene import load as load, SceneError as SceneError
+    from .simulation import CommandRefused as CommandRefused, StepFailure as StepFailure
+    from .simulation import Simulation as build  # noqa: N813
+    from .verbs.simulate import simulate as simulate
 
 __version__ = '0.1.0'
 __all__ = ['CommandRefused', 'CompilerRefused', 'SceneError', 'StepFailure', '__version__',

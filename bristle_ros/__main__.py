@@ -17,7 +17,8 @@ from bristle_ros import __version__
 from bristle_ros.command_line import leave_while_loading
 from bristle_ros.scene import SceneError
 
-# Verb: module whose main(arguments) does it, and what it does.
+# The one table of commands: verb, module whose main(arguments) does it, what it does. setup.py and
+# `run.sh --help` read it as text, so it is a literal.
 VERBS = {
     'brush_node': ('node.brush_node',
                    'the ROS 2 node: steps the brush, subscribes, publishes, logs'),
@@ -174,14 +175,7 @@ def _entry_point(verb):
     return entry_point
 
 
-brush_node = _entry_point('brush_node')
-simulate = _entry_point('simulate')
-static = _entry_point('static')
-replay = _entry_point('replay')
-recover = _entry_point('recover')
-plot = _entry_point('plot')
-report = _entry_point('report')
-bench = _entry_point('bench')
+globals().update({verb: _entry_point(verb) for verb in VERBS})
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -11,7 +11,17 @@ from bristle_ros import __main__ as command_line, __version__
 from bristle_ros.scene.scene import load
 import pytest
 
-VERBS = sorted(set(command_line.VERBS) - {'scene'})
+VERBS = sorted(command_line.VERBS)
+# With what mypy finds wrong in it.
+TYPED_SCRIPT = """import bristle_ros
+scene = bristle_ros.load('scene.yaml')
+length: float = scene.bristle.length
+simulation = bristle_ros.build(scene)
+simulation.command('cmd_brush_speed', 8)
+speed: float = simulation.snapshot().omega
+scene.bristle.lenght                    # attr-defined
+simulation.advance(1.5)                 # arg-type
+"""
 
 
 def clean_environment(**more):
@@ -96,6 +106,18 @@ def test_metadata_agrees(root, prefix):
         assert callable(getattr(command_line, verb))
         assert f'from bristle_ros.__main__ import {verb}\n' in (
             root / 'scripts' / verb).read_text(encoding='utf-8')
+    assert points.count('bristle_ros.__main__:') == len(VERBS)
+
+
+def test_scripts_see_the_types(prefix, tmp_path):
+    """A type checker takes an installed package's types only where it finds py.typed."""
+    (tmp_path / 'script.py').write_text(TYPED_SCRIPT, encoding='utf-8')
+    done = subprocess.run(
+        [sys.executable, '-m', 'mypy', '--strict', '--cache-dir', tmp_path / 'cache',
+         '--python-executable', prefix / 'bin/python', 'script.py'], cwd=tmp_path,
+        env=clean_environment(), capture_output=True, text=True, timeout=600)
+    found = re.findall(r'script.py:(\d+): error: .*\[([a-z-]+)\]', done.stdout)
+    assert found == [('7', 'attr-defined'), ('8', 'arg-type')], done.stdout + done.stderr
 
 
 def test_every_package_that_setup_asks_for_is_pinned(root):

@@ -1,17 +1,18 @@
 """Reads CDR, the bytes of a ROS 2 message, whoever wrote them."""
 import struct
+from typing import Any
 
 
 class CdrReader:
     """A cursor over CDR bytes. Whatever the bytes are, it raises nothing but ValueError."""
 
-    def __init__(self, payload):
+    def __init__(self, payload: bytes) -> None:
         if len(payload) < 4 or payload[0] != 0 or payload[1] > 1:
             raise ValueError('not plain CDR')
         self._order = '<' if payload[1] else '>'
         self._payload, self._at = payload, 4
 
-    def _take(self, layout, size):
+    def _take(self, layout: str, size: int) -> tuple[Any, ...]:
         self._at += -(self._at - 4) % size
         try:
             values = struct.unpack_from(self._order + layout, self._payload, self._at)
@@ -20,28 +21,28 @@ class CdrReader:
         self._at += struct.calcsize(self._order + layout)
         return values
 
-    def skip(self, size):
+    def skip(self, size: int) -> None:
         """Pass over that many bytes."""
         self._at += size
 
-    def stamp(self):
+    def stamp(self) -> int:
         """Return a time [ns]."""
         ((sec,), (nanosec,)) = self._take('i', 4), self._take('I', 4)
-        return sec * 1_000_000_000 + nanosec
+        return int(sec * 1_000_000_000 + nanosec)
 
-    def count(self):
+    def count(self) -> int:
         """Return the length of a sequence; one longer than the message is refused."""
         (length,) = self._take('I', 4)
         if length > len(self._payload):
             raise ValueError(f'a sequence of {length} in {len(self._payload)} bytes')
-        return length
+        return int(length)
 
-    def float64(self, count):
+    def float64(self, count: int) -> tuple[float, ...]:
         """Return that many numbers."""
         return self._take(f'{count}d', 8)
 
-    def string(self):
+    def string(self) -> str:
         """Return a text."""
         (length,) = self._take('I', 4)
         (raw,) = self._take(f'{min(length, len(self._payload))}s', 1)
-        return raw.rstrip(b'\x00').decode()
+        return bytes(raw).rstrip(b'\x00').decode()

@@ -59,7 +59,7 @@ TYPE_HASHES = {
 }
 
 
-def schema_text(type_name):
+def schema_text(type_name: str) -> str:
     """
     Return the `ros2msg` schema of `pkg/msg/Type`: its definition and those it is made of.
 

@@ -4,13 +4,14 @@ What is in each ROS 2 message: snapshots, commands and events to CDR bytes and b
 The node publishes the same bytes that the log stores, so both say the same to the last bit.
 Layout: little-endian plain CDR (XCDR1), 4 bytes of header, values aligned to their size after it.
 """
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 import json
 import struct
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from bristle_ros.simulation import Snapshot
 import numpy as np
+from numpy.typing import NDArray
 
 from .cdr import CdrReader
 
@@ -36,10 +37,15 @@ EVENTS = '~/events'
 TRANSFORMS = '/tf'
 DESCRIPTION = 'robot_description'
 
+Encoder: TypeAlias = Callable[[Snapshot, int], bytes]   # snapshot, stamp [ns]
+Vector: TypeAlias = Callable[[Snapshot], NDArray[np.float64]]   # (3,) of a snapshot
+# level 0 to 3, name, message, hardware_id, key -> value
+Status: TypeAlias = tuple[int, str, str, str, Mapping[str, object]]
+
 _HEADER = b'\x00\x01\x00\x00'  # CDR, little-endian
 
 
-def stamp_ns(total_step, integration_time_step, origin=0):
+def stamp_ns(total_step: int, integration_time_step: float, origin: int = 0) -> int:
     """
     Return the stamp [ns] of a step counted from the run's start (not from the last reset).
 
@@ -48,21 +54,21 @@ def stamp_ns(total_step, integration_time_step, origin=0):
     return origin + round(total_step * integration_time_step * 1e9)
 
 
-def total_step(stamp, integration_time_step, origin=0):
+def total_step(stamp: int, integration_time_step: float, origin: int = 0) -> int:
     """Return the step that `stamp_ns` made the stamp of: exact for steps longer than 2 ns."""
     return round((stamp - origin) * 1e-9 / integration_time_step)
 
 
-def _string(text):
+def _string(text: str) -> bytes:
     raw = text.encode() + b'\x00'
     return struct.pack('<I', len(raw)) + raw
 
 
-def _aligned(raw, size):
+def _aligned(raw: bytes, size: int) -> bytes:
     return raw + bytes(-(len(raw) - 4) % size)
 
 
-def _unpack(packer, payload):
+def _unpack(packer: struct.Struct, payload: bytes) -> tuple[Any, ...]:
     if len(payload) != packer.size:
         raise ValueError(f'{len(payload)} bytes, must be {packer.size}')
     return packer.unpack(payload)
@@ -71,18 +77,18 @@ def _unpack(packer, payload):
 class _Stamped:
     """Packs messages that are a std_msgs/Header, something constant, and then only float64."""
 
-    def __init__(self, frame, n_values):
+    def __init__(self, frame: str, n_values: int) -> None:
         head = _aligned(_HEADER + bytes(8) + _string(frame), 8)
         self._head = head[:4]
         self._tail = head[12:]
         self._packer = struct.Struct(f'<4siI{len(self._tail)}s{n_values}d')
         self._values = struct.Struct(f'<{n_values}d')
 
-    def pack(self, stamp, *values):
+    def pack(self, stamp: int, *values: float) -> bytes:
         sec, nanosec = divmod(stamp, 1_000_000_000)
         return self._packer.pack(self._head, sec, nanosec, self._tail, *values)
 
-    def unpack(self, payload):
+    def unpack(self, payload: bytes) -> tuple[float, ...]:
         """Return the values, whatever the frame_id."""
         try:
             (length,) = struct.unpack_from('<I', payload, 12)
@@ -94,9 +100,9 @@ class _Stamped:
         return self._values.unpack_from(payload, head)
 
 
-def _wrenches(packer, force, torque):
+def _wrenches(packer: _Stamped, force: Vector, torque: Vector) -> Encoder:
     """Return the encoder of wrenches; force(snapshot) and torque(snapshot) are (3,) arrays."""
-    def encode(snapshot, stamp):
+    def encode(snapshot: Snapshot, stamp: int) -> bytes:
         return packer.pack(stamp, *force(snapshot).tolist(), *torque(snapshot).tolist())
     return encode
 
@@ -107,7 +113,7 @@ _NO_TORQUE = np.zeros(3)
 class _JointState:
     """`name`, then three sequences of one float64, each after its count and padding."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         head = _HEADER + bytes(8) + _string('')
         head = _aligned(head, 4) + struct.pack('<I', 1) + _string(JOINT)
         head = _aligned(head, 4) + struct.pack('<I', 1)
@@ -115,18 +121,18 @@ class _JointState:
         self._head, self._tail = head[:4], head[12:]
         self._packer = struct.Struct(f'<4siI{len(self._tail)}sdI4xdI4xd')
 
-    def pack(self, stamp, angle, speed, effort):
+    def pack(self, stamp: int, angle: float, speed: float, effort: float) -> bytes:
         sec, nanosec = divmod(stamp, 1_000_000_000)
         return self._packer.pack(self._head, sec, nanosec, self._tail, angle, 1, speed, 1, effort)
 
-    def unpack(self, payload):
+    def unpack(self, payload: bytes) -> tuple[float, ...]:
         return _unpack(self._packer, payload)[4::2]
 
 
 _joint = _JointState()
 
 
-def _joint_states(snapshot, stamp):
+def _joint_states(snapshot: Snapshot, stamp: int) -> bytes:
     # The drive's torque on the brush about +z balances what the brush puts on the sweeper.
     return _joint.pack(stamp, snapshot.theta, snapshot.omega, -float(snapshot.brush_torque[2]))
 
@@ -136,8 +142,8 @@ class Topic(NamedTuple):
 
     name: str
     type: str  # noqa: A003
-    encode: Callable[[Snapshot, int], bytes]              # snapshot, stamp [ns]
-    decode: Callable[[bytes], tuple[float, ...]]          # the values that `fields` names
+    encode: Encoder
+    decode: Callable[[bytes], tuple[float, ...]]    # the values that `fields` names
     fields: tuple[str, ...]
     groups: tuple[int, ...]     # lengths of the vectors in it, which share a scale
 
@@ -148,16 +154,16 @@ _POSE_FIELDS = (*(f'pose.position.{axis}' for axis in _XYZ),
                 *(f'pose.orientation.{axis}' for axis in (*_XYZ, 'w')))
 
 
-def topics(prefix=''):
+def topics(prefix: str = '') -> tuple[Topic, ...]:
     """Return the published Topics; `prefix` goes before their frames (`run.frame_prefix`)."""
     mount, road = _Stamped(prefix + MOUNT_FRAME, 6), _Stamped(prefix + ROAD_FRAME, 6)
     pose = _Stamped(prefix + MOUNT_FRAME, 7)
 
-    def tip_pose(snapshot, stamp):
+    def tip_pose(snapshot: Snapshot, stamp: int) -> bytes:
         return pose.pack(stamp, *snapshot.tip_position_mount[0].tolist(),
                          *snapshot.tip_orientation_mount[0].tolist())
 
-    def wrench(name, packer, force, torque):
+    def wrench(name: str, packer: _Stamped, force: Vector, torque: Vector) -> Topic:
         return Topic(name, WRENCH, _wrenches(packer, force, torque), packer.unpack,
                      _WRENCH_FIELDS, (3, 3))
 
@@ -176,7 +182,7 @@ def topics(prefix=''):
 TOPICS = topics()   # for their names, types and values; their bytes are those without a prefix
 
 
-def command_types(stamped):
+def command_types(stamped: bool) -> dict[str, str]:
     """Return topic -> type of the commands; `stamped` is `run.stamped_cmd_vel`."""
     return {'cmd_brush_speed': FLOAT,
             'cmd_vel': TWIST_STAMPED if stamped else TWIST,
@@ -186,7 +192,7 @@ def command_types(stamped):
 _twist_stamped = _Stamped('', 6)
 
 
-def encode_command(type_name, values, stamp=0):
+def encode_command(type_name: str, values: Sequence[float], stamp: int = 0) -> bytes:
     """Return a command's bytes; `values` are (value,), or (vx, vy, yaw rate) of a twist."""
     if type_name == FLOAT:
         return struct.pack('<4sd', _HEADER, *values)
@@ -197,7 +203,7 @@ def encode_command(type_name, values, stamp=0):
     return _twist_stamped.pack(stamp, *twist)
 
 
-def decode_command(type_name, payload):
+def decode_command(type_name: str, payload: bytes) -> tuple[float, ...]:
     """Return the values of a command that anybody encoded, with any frame_id."""
     if type_name == FLOAT:
         return CdrReader(payload).float64(1)
@@ -209,22 +215,22 @@ def decode_command(type_name, payload):
     return twist[0], twist[1], twist[5]
 
 
-def encode_string(text):
+def encode_string(text: str) -> bytes:
     """Return a std_msgs/String."""
     return _HEADER + _string(text)
 
 
-def decode_string(payload):
+def decode_string(payload: bytes) -> str:
     """Return the text of a std_msgs/String."""
     return CdrReader(payload).string()
 
 
-def encode_event(event, step, **details):
+def encode_event(event: str, step: int, **details: object) -> bytes:
     """Return an event of `~/events`: a JSON object, its `step` counted from the run's start."""
     return encode_string(json.dumps({'event': event, 'step': step, **details}))
 
 
-def decode_event(payload):
+def decode_event(payload: bytes) -> dict[str, Any]:
     """Return the dict of an event, or {} for a text that is none."""
     try:
         event = json.loads(decode_string(payload))
@@ -233,12 +239,12 @@ def decode_event(payload):
     return event if isinstance(event, dict) else {}
 
 
-def encode_clock(stamp):
+def encode_clock(stamp: int) -> bytes:
     """Return a rosgraph_msgs/Clock."""
     return struct.pack('<4siI', _HEADER, *divmod(stamp, 1_000_000_000))
 
 
-def encode_diagnostics(stamp, statuses):
+def encode_diagnostics(stamp: int, statuses: Sequence[Status]) -> bytes:
     """
     Return a DiagnosticArray.
 
@@ -246,18 +252,18 @@ def encode_diagnostics(stamp, statuses):
     """
     raw = struct.pack('<4siI', _HEADER, *divmod(stamp, 1_000_000_000)) + _string('')
     raw = _aligned(raw, 4) + struct.pack('<I', len(statuses))
-    for level, *texts, values in statuses:
+    for level, name, message, hardware, values in statuses:
         raw += struct.pack('<B', level)
-        for text in texts:
+        for text in (name, message, hardware):
             raw = _aligned(raw, 4) + _string(text)
         raw = _aligned(raw, 4) + struct.pack('<I', len(values))
         for pair in values.items():
-            for text in pair:
-                raw = _aligned(raw, 4) + _string(str(text))
+            for part in pair:
+                raw = _aligned(raw, 4) + _string(str(part))
     return raw
 
 
-def decode_diagnostics(payload):
+def decode_diagnostics(payload: bytes) -> list[tuple[str, dict[str, str]]]:
     """Return [(name, dict of key -> text)] of a DiagnosticArray."""
     cdr = CdrReader(payload)
     cdr.skip(8)
@@ -271,6 +277,6 @@ def decode_diagnostics(payload):
     return statuses
 
 
-def decode_stamp(payload):
+def decode_stamp(payload: bytes) -> int:
     """Return the stamp [ns] of the header that a message begins with."""
     return CdrReader(payload).stamp()

@@ -4,15 +4,19 @@ What a log needs to be used, as one message: `~/scene`, a std_msgs/String that h
 Tools that copy messages leave a file's metadata, attachments and channel metadata behind; a
 message comes along, and a recorder hears it too.
 """
+from collections.abc import Mapping
 import json
+from typing import TypeAlias
 
 from .encode import decode_string, encode_string
+
+Texts: TypeAlias = Mapping[str, str]
 
 SCENE = '~/scene'
 SECTIONS = ('scene', 'machine', 'run', 'topics')
 
 
-def encode_scene(yaml, machine, run, topics):
+def encode_scene(yaml: str, machine: Texts, run: Texts, topics: Texts) -> bytes:
     """
     Return the message.
 
@@ -23,7 +27,7 @@ def encode_scene(yaml, machine, run, topics):
         'scene': {'yaml': yaml}, 'machine': machine, 'run': run, 'topics': topics}))
 
 
-def decode_scene(payload):
+def decode_scene(payload: bytes) -> dict[str, dict[str, str]]:
     """Return section -> (text -> text), or {} for a message that is none."""
     try:
         content = json.loads(decode_string(payload))

@@ -1,6 +1,9 @@
 """A scene's brush for robot_state_publisher: the board and some of its wires, undeformed."""
+from collections.abc import Iterable
 from math import cos, pi, sin
 from xml.etree import ElementTree
+
+from bristle_ros.scene import Scene
 
 from .encode import BRUSH_FRAME, JOINT, MOUNT_FRAME
 
@@ -8,7 +11,7 @@ WIRES = 12              # drawn; a brush has more
 BOARD_THICKNESS = 0.02  # [m]
 
 
-def robot_description(scene):
+def robot_description(scene: Scene) -> str:
     """
     Return the URDF of a scene's brush: `brush_mount`, and `brush` that `brush_joint` turns.
 
@@ -42,7 +45,8 @@ def robot_description(scene):
     return ElementTree.tostring(robot, encoding='unicode') + '\n'
 
 
-def _visual(link, position, turn, material, shape, **sizes):
+def _visual(link: ElementTree.Element, position: Iterable[float], turn: Iterable[float],
+            material: str, shape: str, **sizes: float | str) -> None:
     visual = ElementTree.SubElement(link, 'visual')
     ElementTree.SubElement(visual, 'origin', xyz=_numbers(position), rpy=_numbers(turn))
     ElementTree.SubElement(ElementTree.SubElement(visual, 'geometry'), shape, {
@@ -51,5 +55,5 @@ def _visual(link, position, turn, material, shape, **sizes):
     ElementTree.SubElement(visual, 'material', name=material)
 
 
-def _numbers(values):
+def _numbers(values: Iterable[float]) -> str:
     return ' '.join(f'{round(value, 9):.6g}' for value in values)

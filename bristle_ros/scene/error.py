@@ -1,5 +1,6 @@
 """The one error of unusable input: file, key, value, and what would do, on one line."""
 import math
+from typing import Any
 
 
 class SceneError(ValueError):
@@ -10,7 +11,8 @@ class SceneError(ValueError):
     source: the file and line, or the option, that gave it. All but the problem may be left out.
     """
 
-    def __init__(self, problem, *, key='', value=None, source=''):
+    def __init__(self, problem: str, *, key: str = '', value: object = None,
+                 source: str = '') -> None:
         """Keep the parts: whoever knows the file adds it with `at`."""
         super().__init__(problem)
         self.problem = problem
@@ -18,23 +20,23 @@ class SceneError(ValueError):
         self.value = value
         self.source = source
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         """Keep the parts when the error crosses a process border."""
         return SceneError, (self.problem,), self.__dict__
 
-    def __str__(self):
+    def __str__(self) -> str:
         """Put the parts on one line."""
         given = '' if self.value is None else f' = {spell(self.value)}'
         parts = [self.source, self.key + given, self.problem]
         return ': '.join(' '.join(part.split()) for part in parts if part)
 
-    def at(self, source):
+    def at(self, source: object) -> 'SceneError':
         """Return the error with `source` filled in, where it has none yet."""
         return SceneError(
             self.problem, key=self.key, value=self.value, source=self.source or str(source))
 
 
-def spell(value):
+def spell(value: object) -> str:
     """Write a value as a scene file spells it."""
     if isinstance(value, bool):
         return 'true' if value else 'false'
@@ -47,7 +49,7 @@ def spell(value):
     return repr(value)
 
 
-def _spell_float(value):
+def _spell_float(value: float) -> str:
     if not math.isfinite(value):
         return '.nan' if math.isnan(value) else '.inf' if value > 0 else '-.inf'
     spelling = repr(value)
@@ -57,7 +59,7 @@ def _spell_float(value):
     return spelling
 
 
-def _spell_text(value):
+def _spell_text(value: str) -> str:
     escapes = {'\\': '\\\\', '"': '\\"', '\n': '\\n', '\t': '\\t', '\r': '\\r'}
     return '"' + ''.join(
         escapes.get(letter) or (letter if letter.isprintable() else f'\\U{ord(letter):08x}')

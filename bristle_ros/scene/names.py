@@ -1,13 +1,14 @@
 """Which node the arguments of a node make, and which sections of a parameter file are for it."""
+from collections.abc import Container, Iterable, Iterator
 import re
 
 from .error import SceneError
 
 _NAMES = ('__node', '__name')
-_NAMESPACE = '__ns'
+_NAMESPACE = '__ns',
 
 
-def full_name(arguments, name):
+def full_name(arguments: Iterable[str], name: str) -> str:
     """
     Return the fully qualified name that rcl gives a node that calls itself `name`.
 
@@ -17,15 +18,15 @@ def full_name(arguments, name):
     """
     rules = [_rule(word) for flag, word in ros_arguments(arguments) if flag in ('-r', '--remap')]
 
-    def find(kinds, node, default):
+    def find(kinds: Container[str], node: str, default: str) -> str:
         return next((new for of, kind, new in rules if kind in kinds and of in ('', node)),
                     default)
 
     name = find(_NAMES, name, name)
-    return f'{find((_NAMESPACE,), name, "").rstrip("/")}/{name}'
+    return f'{find(_NAMESPACE, name, "").rstrip("/")}/{name}'
 
 
-def matches(section, node):
+def matches(section: str, node: str) -> bool:
     """
     Return whether a section of a parameter file is for the node, by rcl's rules.
 
@@ -38,7 +39,7 @@ def matches(section, node):
     return re.fullmatch(pattern, node, re.ASCII) is not None
 
 
-def ros_arguments(arguments):
+def ros_arguments(arguments: Iterable[str]) -> Iterator[tuple[str, str]]:
     """Yield (flag, word) of the flags between --ros-args and `--` that a scene can depend on."""
     ours = False
     words = iter(arguments)
@@ -49,7 +50,7 @@ def ros_arguments(arguments):
             yield word, next(words, '')
 
 
-def split_override(text):
+def split_override(text: str) -> tuple[str, str, str]:
     """Return (node or '', key, value) of `-p [node:]key:=value`; raise SceneError."""
     rule, assigned, value = text.partition(':=')
     node, _, key = rule.rpartition(':')
@@ -58,7 +59,7 @@ def split_override(text):
     return node, key, value
 
 
-def _rule(word):
+def _rule(word: str) -> tuple[str, str, str]:
     old, _, new = word.partition(':=')
     node, _, kind = old.rpartition(':')
     return node, kind, new

@@ -6,9 +6,10 @@ them), so only its event stream is used: what a scalar means is decided here, as
 rcl_yaml_param_parser/src/parse.c (Jazzy). A key given twice, which rcl overwrites without a
 word, is refused.
 """
+from collections.abc import Iterator
 import re
 import sys
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import yaml
 
@@ -30,6 +31,10 @@ _PARAMETERS = 'ros__parameters'
 _DEEPEST = 30
 
 
+Scalar: TypeAlias = bool | int | float | str
+Events: TypeAlias = Iterator[Any]   # PyYAML's, which has no types
+
+
 class Entry(NamedTuple):
     """One key as a file gives it: the node section it stands in, dotted name, value, and line."""
 
@@ -39,19 +44,19 @@ class Entry(NamedTuple):
     line: int
 
 
-def read_scalar(text, *, quoted=False):
+def read_scalar(text: str, *, quoted: bool = False) -> Scalar:
     """Return what rcl makes of a scalar: a bool, int, float or str."""
     if quoted:
         return text
     if text in _TRUE or text in _FALSE:
         return text in _TRUE
-    number = _read_integer(text)
+    number: float | None = _read_integer(text)
     if number is None:
         number = _read_double(text)
     return text if number is None else number
 
 
-def _read_integer(text):
+def _read_integer(text: str) -> int | None:
     match = _INTEGER.match(text)
     if match is None or len(text) > 100:
         return None
@@ -62,7 +67,7 @@ def _read_integer(text):
     return value if -2**63 <= value < 2**63 else None
 
 
-def _read_double(text):
+def _read_double(text: str) -> float | None:
     if text in _DOTTED:
         return _DOTTED[text]
     infinity = _INFINITY.match(text)
@@ -83,7 +88,7 @@ def _read_double(text):
     return None if vanished or value in (float('inf'), float('-inf')) else value
 
 
-def read_text(text, source):
+def read_text(text: str, source: str) -> Scalar | list[Scalar] | None:
     """Return the value of a `-p key:=value` text: a scalar, a list of one type, or None."""
     value = None
     events = _events(text, source)
@@ -95,16 +100,16 @@ def read_text(text, source):
     return value
 
 
-def read_file(content, source):
+def read_file(content: bytes | str, source: str) -> list[Entry]:
     """Return the Entries of a parameter file's bytes, in order; `source` names it in errors."""
-    entries = []
+    entries: list[Entry] = []
     events = _events(content, source)
     for event in events:
         if isinstance(event, yaml.MappingStartEvent):
             _sections(events, '', entries, source, 0)
         elif isinstance(event, (yaml.ScalarEvent, yaml.SequenceStartEvent, yaml.AliasEvent)):
             raise _not_parameters(event, source)
-    given = {}
+    given: dict[tuple[str, str], Entry] = {}
     for entry in entries:
         first = given.setdefault((entry.section, entry.key), entry)
         if first is not entry:
@@ -113,7 +118,7 @@ def read_file(content, source):
     return entries
 
 
-def _events(content, source):
+def _events(content: bytes | str, source: str) -> Events:
     """Yield PyYAML's events, with its many-lined errors turned into one line."""
     try:
         yield from yaml.parse(content, Loader=yaml.SafeLoader)
@@ -126,7 +131,7 @@ def _events(content, source):
                          'save it as UTF-8', source=source) from None
 
 
-def _sections(events, path, entries, source, depth):
+def _sections(events: Events, path: str, entries: list[Entry], source: str, depth: int) -> None:
     """Read the names of nodes, nested or not, down to each one's parameters."""
     for name in _keys(events, source, depth):
         event = next(events)
@@ -141,7 +146,8 @@ def _sections(events, path, entries, source, depth):
             _parameters(events, path, '', entries, source, depth + 1)
 
 
-def _parameters(events, section, prefix, entries, source, depth):
+def _parameters(events: Events, section: str, prefix: str, entries: list[Entry], source: str,
+                depth: int) -> None:
     for name in _keys(events, source, depth):
         event = next(events)
         key = prefix + name.value
@@ -152,7 +158,7 @@ def _parameters(events, section, prefix, entries, source, depth):
             entries.append(Entry(section, key, value, name.start_mark.line + 1))
 
 
-def _keys(events, source, depth):
+def _keys(events: Events, source: str, depth: int) -> Events:
     """Yield the key events of a mapping; the caller takes each one's value off `events`."""
     for event in events:
         if isinstance(event, yaml.MappingEndEvent):
@@ -165,12 +171,12 @@ def _keys(events, source, depth):
         yield event
 
 
-def _value(event, events, place):
+def _value(event: Any, events: Events, place: str) -> Scalar | list[Scalar] | None:
     if isinstance(event, yaml.AliasEvent):
         raise SceneError('ROS 2 reads no YAML aliases (*): write the value out', source=place)
     if isinstance(event, yaml.ScalarEvent):
         return _scalar(event, place)
-    items = []
+    items: list[Scalar] = []
     for item in events:
         if isinstance(item, yaml.SequenceEndEvent):
             return items or None  # rcl sets no value for []
@@ -183,14 +189,14 @@ def _value(event, events, place):
     raise SceneError('a list without an end', source=place)
 
 
-def _scalar(event, place):
+def _scalar(event: Any, place: str) -> Scalar:
     quoted = event.style in ('"', "'")
     if not quoted and not event.value:
         raise SceneError('has no value: give one or leave the key out', source=place)
     return read_scalar(event.value, quoted=quoted or event.tag == 'tag:yaml.org,2002:str')
 
 
-def _not_parameters(event, source):
+def _not_parameters(event: Any, source: str) -> SceneError:
     return SceneError(
         "not a ROS 2 parameter file: keys belong under '/**:' and, below it, 'ros__parameters:'",
         source=f'{source}:{event.start_mark.line + 1}')

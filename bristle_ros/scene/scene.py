@@ -5,17 +5,20 @@ Keys, ranges and meanings: sections.py. Spelling of values in YAML: parameter_fi
 that exists can be used: every check raises SceneError, one line with file, key, value and what
 would do.
 """
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 import difflib
 import math
 from numbers import Real
+import os
+from typing import Any, get_type_hints, TypeAlias
 
 from .error import SceneError, spell
-from .key import key_of, number
+from .key import Key, key_of, number
 from .names import full_name, matches, ros_arguments, split_override
 from .parameter_file import read_file, read_text
-from .sections import (Bristle, Brush, Contact, Damping, Drive, Friction, Log, Road, Run, Solver,
-                       Sweeper)
+from .sections import (Bristle, Brush, Contact, Damping, Drive, Friction, Log, Road, Run,
+                       SceneSection, Solver, Sweeper)
 
 __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Friction', 'Damping',
            'Drive', 'Sweeper', 'Solver', 'Run', 'Log', 'load', 'from_parameters', 'from_arguments',
@@ -25,6 +28,8 @@ __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Fricti
 # Parameters that every ROS 2 node has beside its own.
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
 _NODE = 'brush_node'
+Parameter: TypeAlias = float | bool | str | list[float]
+Given: TypeAlias = dict[str, tuple[object, str]]    # dotted key to value, and what gave it
 LONGEST = 2.0**31 - 1.0     # [s] of simulated time: what a stamp of ROS holds
 
 
@@ -45,13 +50,13 @@ class Scene:
     run: Run = field(default_factory=Run)
     log: Log = field(default_factory=Log)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Check what no section can check alone; raise SceneError."""
         object.__setattr__(self, 'gravity', _KEYS['gravity'].check(self.gravity))
         _check_combinations(self)
 
 
-def _check_combinations(scene):
+def _check_combinations(scene: Scene) -> None:
     friction, contact, drive = scene.friction, scene.contact, scene.drive
     if friction.kinetic > friction.static:
         raise SceneError(
@@ -90,7 +95,7 @@ def _check_combinations(scene):
     steps(scene, scene.run.sample, 'run.sample')
 
 
-def tip_depth(scene):
+def tip_depth(scene: Scene) -> float:
     """Return how far below the mount centre the lowest undeformed tip is, along the normal [m]."""
     brush, beta = scene.brush, scene.road.attack_angle
     length = scene.bristle.length
@@ -98,7 +103,7 @@ def tip_depth(scene):
     return length * math.cos(brush.mount_angle) * math.cos(beta) + radius * math.sin(beta)
 
 
-def depth_refusal(scene, penetration):
+def depth_refusal(scene: Scene, penetration: float) -> str | None:
     """
     Return why the road cannot be at this penetration [m], or None where it can.
 
@@ -113,7 +118,7 @@ def depth_refusal(scene, penetration):
             'how far the lowest undeformed tip is below its clamp')
 
 
-def steps(scene, seconds, key):
+def steps(scene: Scene | float, seconds: float, key: str) -> int:
     """
     Return how many integration steps `seconds` are.
 
@@ -137,26 +142,28 @@ def steps(scene, seconds, key):
     return whole
 
 
-def _all_keys():
-    found = []
+def _all_keys() -> dict[str, Key]:
+    found: list[Key] = []
     for item in fields(Scene):
         if item.metadata:
             found.append(key_of(item.name, item))
         else:
-            found.extend(item.default_factory.keys())
+            found.extend(_SECTIONS[item.name].keys())
     return {key.name: key for key in found}
 
 
+_SECTIONS: dict[str, type[SceneSection]] = {
+    name: kind for name, kind in get_type_hints(Scene).items()
+    if isinstance(kind, type) and issubclass(kind, SceneSection)}
 _KEYS = _all_keys()
-_SECTIONS = {item.name: item.default_factory for item in fields(Scene) if not item.metadata}
 
 
-def keys():
+def keys() -> tuple[Key, ...]:
     """Return every Key of a scene in file order; ROS parameters are declared from them."""
     return tuple(_KEYS.values())
 
 
-def describe_keys():
+def describe_keys() -> str:
     """Return the text of `scene --keys`: each key with default, unit, range and meaning."""
     lines = []
     for key in keys():
@@ -166,7 +173,8 @@ def describe_keys():
     return '\n'.join(lines)
 
 
-def load(path, overrides=None, node=None):
+def load(path: str | os.PathLike[str], overrides: Mapping[str, object] | None = None,
+         node: str | None = None) -> Scene:
     """
     Read a scene file.
 
@@ -182,7 +190,7 @@ def load(path, overrides=None, node=None):
     return _build(given, str(path))
 
 
-def from_parameters(mapping, source):
+def from_parameters(mapping: Mapping[str, object], source: str) -> Scene:
     """
     Make a scene from parameters that are already values.
 
@@ -193,7 +201,8 @@ def from_parameters(mapping, source):
     return _build({key: (value, source) for key, value in mapping.items()}, source)
 
 
-def from_arguments(arguments, node_name='brush_node', notes=None):
+def from_arguments(arguments: Iterable[str], node_name: str = 'brush_node',
+                   notes: list[str] | None = None) -> Scene:
     """
     Make a scene from the command line of a node: --ros-args with --params-file and -p, in order.
 
@@ -204,7 +213,8 @@ def from_arguments(arguments, node_name='brush_node', notes=None):
     at the integer first), forgets which line a value came from, and drops keys given twice.
     Raises SceneError. Other ROS arguments (topics, log levels) are passed over.
     """
-    given, source = {}, '--ros-args'
+    given: Given = {}
+    source = '--ros-args'
     notes = [] if notes is None else notes
     node = full_name(arguments, node_name)
     for flag, word in ros_arguments(arguments):
@@ -218,18 +228,18 @@ def from_arguments(arguments, node_name='brush_node', notes=None):
     return _build(given, source)
 
 
-def to_parameters(scene):
+def to_parameters(scene: Scene) -> dict[str, Parameter]:
     """Return every key of a scene: dotted name to a float, int, bool, str or list of floats."""
-    values = {}
+    values: dict[str, Parameter] = {}
     for name in _KEYS:
-        value = scene
+        value: Any = scene
         for part in name.split('.'):
             value = getattr(value, part)
         values[name] = list(value) if isinstance(value, tuple) else value
     return values
 
 
-def to_yaml(scene):
+def to_yaml(scene: Scene) -> str:
     """Return a complete scene file that loads back to an equal scene."""
     lines, section = ['/**:', '  ros__parameters:'], ''
     for name, value in to_parameters(scene).items():
@@ -242,7 +252,8 @@ def to_yaml(scene):
     return '\n'.join(lines) + '\n'
 
 
-def _read(path, node, notes=None):
+def _read(path: str | os.PathLike[str], node: str | None, notes: list[str] | None = None
+          ) -> Given:
     """
     Return dotted key to (value, place) of a file's sections that are for the node.
 
@@ -257,8 +268,8 @@ def _read(path, node, notes=None):
         problem = f'cannot be read ({reason}): give a scene file'
         raise SceneError(problem, source=str(path)) from None
     entries = read_file(content, str(path))
-    given = {entry.key: (entry.value, f'{path}:{entry.line}')
-             for entry in entries if _is_ours(entry.section, node)}
+    given: Given = {entry.key: (entry.value, f'{path}:{entry.line}')
+                    for entry in entries if _is_ours(entry.section, node)}
     others = list(dict.fromkeys(entry.section for entry in entries))
     if others and not given:
         problem = f'has no section for {node or _NODE}, only for {", ".join(others)}'
@@ -269,21 +280,21 @@ def _read(path, node, notes=None):
     return given
 
 
-def _is_ours(section, node):
+def _is_ours(section: str, node: str | None) -> bool:
     if node:
         return matches(section, node)
     name = section.rpartition('/')[2]
     return name == _NODE or all(part in ('', '*', '**') for part in section.split('/'))
 
 
-def _override(given, key, value):
+def _override(given: Given, key: str, value: object) -> None:
     if isinstance(value, str):
         value = read_text(value, f'-p {key}') if value else value
     given[key] = (value, '-p')
 
 
-def _build(given, source):
-    sections = {name: {} for name in _SECTIONS}
+def _build(given: Given, source: str) -> Scene:
+    parts: dict[str, dict[str, Any]] = {name: {} for name in ('', *_SECTIONS)}
     for name, (value, place) in given.items():
         if name in _OF_EVERY_NODE and not isinstance(value, bool):
             raise SceneError('must be true or false', key=name, value=value, source=place)
@@ -298,15 +309,16 @@ def _build(given, source):
         except SceneError as error:
             raise error.at(place) from None
         section, _, leaf = name.rpartition('.')
-        (sections[section] if section else sections)[leaf] = checked
+        parts[section][leaf] = checked
     try:
-        return Scene(**{name: _SECTIONS[name](**values) if name in _SECTIONS else values
-                        for name, values in sections.items()})
+        sections: dict[str, Any] = {name: section(**parts[name])
+                                    for name, section in _SECTIONS.items()}
+        return Scene(**sections, **parts[''])
     except SceneError as error:
         raise error.at(given[error.key][1] if error.key in given else source) from None
 
 
-def _nearest(name):
+def _nearest(name: str) -> str:
     """Say what a key that does not exist was probably meant to be."""
     if name in _SECTIONS:
         return f'is a section of keys, such as {_SECTIONS[name].keys()[0].name}'

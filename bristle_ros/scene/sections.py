@@ -1,31 +1,33 @@
 """The sections of a scene: every key with default, unit, range and meaning. SI, radians."""
 from dataclasses import dataclass, fields
 import math
+from typing import Literal
 
-from .key import choice, count, key_of, number, pair, switch, text
+from .key import choice, count, Key, key_of, number, pair, switch, text
 
 INF = math.inf
 ANY_ANGLE = 1e6  # [rad] far beyond what a start needs, and 1e-10 rad of it is still resolved
 
 
-class _Section:
+@dataclass(frozen=True, kw_only=True)
+class SceneSection:
     """Checks its fields when made, so that a section that exists is one that can be used."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Store each field in its declared type; raise SceneError for one out of bounds."""
         for key in self.keys():
             name = key.name.rpartition('.')[2]
             object.__setattr__(self, name, key.check(getattr(self, name)))
 
     @classmethod
-    def keys(cls):
+    def keys(cls) -> tuple[Key, ...]:
         """Return the section's Keys in the order of its fields."""
         section = cls.__name__.lower()
         return tuple(key_of(f'{section}.{item.name}', item) for item in fields(cls))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bristle(_Section):
+class Bristle(SceneSection):
     """A straight wire of rectangular section, clamped at one end."""
 
     length: float = number(0.240, 'm', 1e-3, 10.0, 'length of the wire')
@@ -37,7 +39,7 @@ class Bristle(_Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Brush(_Section):
+class Brush(SceneSection):
     """How the wires stand on the mount board."""
 
     mount_radius: float = number(0.1125, 'm', 0.0, 10.0, 'radius of the circle of clamps')
@@ -54,7 +56,7 @@ class Brush(_Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Road(_Section):
+class Road(SceneSection):
     """The plane that the tips sweep."""
 
     attack_angle: float = number(
@@ -70,7 +72,7 @@ class Road(_Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Contact(_Section):
+class Contact(SceneSection):
     """Normal contact between tip and road."""
 
     enabled: bool = switch(True, 'whether there is a road at all')
@@ -81,7 +83,7 @@ class Contact(_Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Friction(_Section):
+class Friction(SceneSection):
     """Friction kinetic + (static - kinetic) exp(-decay * slip speed)."""
 
     static: float = number(0.70, '1', 0.0, 100.0, 'mu_s: coefficient of friction at rest')
@@ -90,7 +92,7 @@ class Friction(_Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Damping(_Section):
+class Damping(SceneSection):
     """Rayleigh damping of the wire, in the brush frame."""
 
     mass: float = number(0.1, '1/s', 0.0, 1e6, 'alpha_D: damping force per momentum')
@@ -98,10 +100,10 @@ class Damping(_Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drive(_Section):
+class Drive(SceneSection):
     """The speed of the brush about its axis; positive is counter-clockwise seen from above."""
 
-    profile: str = choice('sine', ('constant', 'sine', 'vap'), 'speed function')
+    profile: Literal['constant', 'sine', 'vap'] = choice('sine', 'speed function')
     mean_speed: float = number(10.472, 'rad/s', -1e4, 1e4, 'omega_m: mean speed')
     alternating_speed: float = number(0.0, 'rad/s', 0.0, 1e4, 'omega_a: amplitude of the profile')
     frequency: float = number(5.0, 'Hz', 1e-6, 1e5, 'frequency of the profile')
@@ -112,50 +114,50 @@ class Drive(_Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sweeper(_Section):
+class Sweeper(SceneSection):
     """The vehicle that carries the brush over the road."""
 
-    velocity: tuple = pair(
+    velocity: tuple[float, float] = pair(
         (0.0, 0.0), 'm/s', -1e3, 1e3, 'forward and sideways velocity at the start, no ramp')
     max_acceleration: float = number(2.0, 'm/s^2', 1e-6, 1e6, 'limit on commanded changes of it')
     max_speed: float = number(20.0, 'm/s', 0.0, 1e3, 'largest speed, set or commanded')
     max_yaw_rate: float = number(2.0, 'rad/s', 0.0, 1e3, 'largest commanded yaw rate')
     max_yaw_acceleration: float = number(
         2.0, 'rad/s^2', 1e-6, 1e6, 'limit on commanded changes of the yaw rate')
-    mount_position: tuple = pair(
+    mount_position: tuple[float, float] = pair(
         (0.0, 0.0), 'm', -100.0, 100.0, "mount centre from the sweeper's base: forward, left")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Solver(_Section):
+class Solver(SceneSection):
     """Space and time discretisation."""
 
-    load_case: str = choice(
-        'inertia', ('inertia', 'displacement'), 'solve in the brush frame, or move the clamp')
+    load_case: Literal['inertia', 'displacement'] = choice(
+        'inertia', 'solve in the brush frame, or move the clamp')
     elements: int = count(12, 1, 500, '3-node elements along a wire')
     time_step: float = number(
         0.0, 's', 0.0, 10.0, 'TS: loads are sampled at it, ramped between; 0: exact at every ITS')
     integration_time_step: float = number(1e-4, 's', 1e-8, 0.1, 'ITS: step of the integrator')
-    integrator: str = choice(
-        'generalized_alpha', ('generalized_alpha', 'newmark', 'hht'), 'time integrator')
+    integrator: Literal['generalized_alpha', 'newmark', 'hht'] = choice(
+        'generalized_alpha', 'time integrator')
     spectral_radius: float = number(
         0.8, '1', 0.0, 1.0, 'of generalized_alpha, at infinite frequency; 0 annihilates, 1 keeps')
     amplitude_decay: float = number(0.005, '1', 0.0, 1.0 / 3.0, 'gamma of newmark and hht')
     tolerance: float = number(
         1e-8, '1', 1e-14, 1e-2, "Newton's, relative to the element's length and to 1 rad; in "
         'steps below 0.2 ms it falls with their square')
-    step: str = choice(
-        'fixed', ('fixed', 'adaptive'), 'step control; marks are met by both. Fixed '
-        'steps are halved too where Newton fails or their local error is above 2e-4')
+    step: Literal['fixed', 'adaptive'] = choice(
+        'fixed', 'step control; marks are met by both. Fixed steps are halved too '
+        'where Newton fails or their local error is above 2e-4')
     error_tolerance: float = number(
         1e-3, '1', 1e-12, 1.0, "local error of adaptive steps, relative to the bristle's length; "
         'no step has more than 2e-4')
-    start: str = choice(
-        'straight', ('straight', 'steady'), 'straight and at rest, or from the static equilibrium')
+    start: Literal['straight', 'steady'] = choice(
+        'straight', 'straight and at rest, or from the static equilibrium')
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run(_Section):
+class Run(SceneSection):
     """How the node runs the scene."""
 
     real_time_factor: float = number(
@@ -164,11 +166,12 @@ class Run(_Section):
     sample: float = number(0.001, 's', 1e-8, 1e3, 'simulated time between logged samples')
     autostart: bool = switch(True, 'whether the node configures and activates itself')
     publish_clock: bool = switch(False, 'whether to publish /clock')
-    time_origin: str = choice('zero', ('zero', 'wall'), 'what stamps count from: 0 or the start')
+    time_origin: Literal['zero', 'wall'] = choice(
+        'zero', 'what stamps count from: 0 or the start')
     frame_prefix: str = text('', 'goes before every frame_id, such as left/; empty: none')
-    publish_tf: str = choice(
-        'all', ('all', 'mount', 'none'), 'transforms on /tf: road to brush_mount to brush, the '
-        'first alone (robot_state_publisher gives the second), or none')
+    publish_tf: Literal['all', 'mount', 'none'] = choice(
+        'all', 'transforms on /tf: road to brush_mount to brush, the first alone '
+        '(robot_state_publisher gives the second), or none')
     marker_rate: float = number(
         20.0, 'Hz', 0.0, math.inf, 'most messages of bristle_markers per second of wall time, '
         'at chunk ends; 0: none')
@@ -180,11 +183,11 @@ class Run(_Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Log(_Section):
+class Log(SceneSection):
     """Where the node's log goes."""
 
     path: str = text('', 'directory of the log, or a file when it ends in .mcap; empty: no log')
-    compression: str = choice('zstd', ('zstd', 'lz4', 'none'), 'of the log')
+    compression: Literal['zstd', 'lz4', 'none'] = choice('zstd', 'of the log')
     max_size: float = number(
         0.0, 'MB', 0.0, 1e9, 'of a file of the log, before the next is begun; 0: one file')
     tf: bool = switch(True, 'whether the log has /tf, for each run.chunk, and robot_description')

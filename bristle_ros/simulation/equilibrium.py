@@ -3,10 +3,11 @@ from typing import NamedTuple
 
 from bristle_ros.physics.contact import FORCE, SLIP, STATE
 from bristle_ros.physics.motion import APPROACHING, PENETRATION, SPIN_RATE
-from bristle_ros.physics.step import output, own_frame, settle
+from bristle_ros.physics.step import Model, output, own_frame, Scratch, settle, State
 from bristle_ros.physics.wire import LANES, OK, ROWS, X, X0
-from bristle_ros.scene import SceneError
+from bristle_ros.scene import Scene, SceneError
 import numpy as np
+from numpy.typing import NDArray
 
 from .model import build_model, build_state, contact_law, new_scratch
 
@@ -14,12 +15,12 @@ from .model import build_model, build_state, contact_law, new_scratch
 class Equilibrium(NamedTuple):
     """Static equilibrium; B bristles, per wire."""
 
-    tip_position: np.ndarray        # [m] (B, 3), brush axes, from the mount centre
-    normal_force: np.ndarray        # [N] (B,) of the road on the tip
-    root_moment: np.ndarray         # [N m] (B, 3) of the wire on the board, about its clamp
+    tip_position: NDArray[np.float64]# [m] (B, 3), brush axes, from the mount centre
+    normal_force: NDArray[np.float64]# [N] (B,) of the road on the tip
+    root_moment: NDArray[np.float64]# [N m] (B, 3) of the wire on the board, about its clamp
 
 
-def settle_state(scene, model, state, scratch):
+def settle_state(scene: Scene, model: Model, state: State, scratch: Scratch) -> None:
     """
     Move all bristles of `state` to equilibrium at time 0 of its motion; friction off.
 
@@ -45,7 +46,7 @@ def settle_state(scene, model, state, scratch):
     nodes[:, :, X0:X0 + 7] = nodes[:, :, X:X + 7]
 
 
-def static_equilibrium(scene):
+def static_equilibrium(scene: Scene) -> Equilibrium:
     """
     Return the Equilibrium at theta = brush.start_angle: spin, gravity and road on, friction off.
 

@@ -5,11 +5,12 @@ from bristle_ros.physics.contact import ContactLaw, TIP
 from bristle_ros.physics.motion import (APPROACHING, BASICS, CONSTANT, Drive, FORWARD, FRAME, LEFT,
                                         new_motion, SINE, SPEED, VAP)
 from bristle_ros.physics.step import (AUDIT, BATCH, COUNTS, generalized_alpha, hht, Model, newmark,
-                                      PARTS, Scratch, State)
+                                      PARTS, Scheme, Scratch, State)
 from bristle_ros.physics.wire import (BLOCK, block_count, chain_work, ELEMENTS, INERTIA, LANES,
                                       MASS, MIDS, Q, Q0, RECORD, ROWS, Section, WEIGHT, X, X0)
-from bristle_ros.scene import SceneError, tip_depth
+from bristle_ros.scene import Scene, SceneError, tip_depth
 import numpy as np
+from numpy.typing import NDArray
 
 SHEAR_CORRECTION = 5.0 / 6.0    # rectangle
 FILLER = 1e-30      # mass [kg] and inertia [kg m^2] of nodes that only fill the last block
@@ -19,7 +20,7 @@ WORST_ERROR = 2e-4
 PROFILES = {'constant': CONSTANT, 'sine': SINE, 'vap': VAP}
 
 
-def torsion_constant(a, b):
+def torsion_constant(a: float, b: float) -> float:
     """
     Return St Venant's torsion constant of a rectangle with sides a, b [m], in m^4.
 
@@ -30,7 +31,7 @@ def torsion_constant(a, b):
     return long * short ** 3 / 3.0 * (1.0 - 192.0 * short / (math.pi ** 5 * long) * total)
 
 
-def section_of(scene):
+def section_of(scene: Scene) -> Section:
     """Return the Section of a scene's bristle: y along the breadth, z along the width."""
     b = scene.bristle
     area = b.breadth * b.width
@@ -44,7 +45,7 @@ def section_of(scene):
         element_length=b.length / scene.solver.elements)
 
 
-def scheme_of(scene):
+def scheme_of(scene: Scene) -> Scheme:
     """Return the integrator's coefficients."""
     solver = scene.solver
     if solver.integrator == 'generalized_alpha':
@@ -53,14 +54,14 @@ def scheme_of(scene):
     return make(solver.amplitude_decay, solver.tolerance)
 
 
-def local_error_of(scene, tolerance):
+def local_error_of(scene: Scene, tolerance: float) -> float:
     """Return the local error [m] that a step may have; tolerance: that of adaptive steps."""
     if scene.solver.step != 'adaptive':
         tolerance = WORST_ERROR
     return min(tolerance, WORST_ERROR) * scene.bristle.length
 
 
-def contact_law(scene):
+def contact_law(scene: Scene) -> ContactLaw | None:
     """Return the ContactLaw, or None where the scene has no contact."""
     if not scene.contact.enabled:
         return None
@@ -69,12 +70,12 @@ def contact_law(scene):
                       scene.friction.static, scene.friction.kinetic, scene.friction.decay)
 
 
-def viscosity_of(scene):
+def viscosity_of(scene: Scene) -> float | None:
     """Return beta_D [s], or None where it is zero."""
     return scene.damping.stiffness or None
 
 
-def drive_of(scene, time_step):
+def drive_of(scene: Scene, time_step: float) -> Drive:
     """Return the Drive with load steps of `time_step` [s]."""
     d, road = scene.drive, scene.road
     x, y = scene.sweeper.mount_position
@@ -85,7 +86,7 @@ def drive_of(scene, time_step):
         scene.gravity, tip_depth(scene), road.penetration, road.approach_time, x, y, time_step)
 
 
-def clamp_of(scene):
+def clamp_of(scene: Scene) -> NDArray[np.float64]:
     """Return position and quaternion (w, x, y, z) of the clamp in the bristle's own axes: (7,)."""
     phi, gamma = scene.brush.mount_angle, scene.brush.mount_orientation
     # x to (sin phi, 0, -cos phi) with y kept: a turn about y by pi/2 - phi; then gamma about x
@@ -96,7 +97,7 @@ def clamp_of(scene):
     return np.concatenate(([scene.brush.mount_radius, 0.0, 0.0], quaternion))
 
 
-def build_model(scene):
+def build_model(scene: Scene) -> Model:
     """Return the Model of a scene."""
     count = scene.brush.bristle_count
     angles = 2.0 * math.pi * np.arange(count) / count
@@ -116,7 +117,7 @@ def build_model(scene):
         local_error_of(scene, scene.solver.error_tolerance))
 
 
-def new_scratch(model):
+def new_scratch(model: Model) -> Scratch:
     """Return the room that kernels work in."""
     return Scratch(chain_work(), np.zeros((5, 3)), np.zeros((3, FRAME)), np.zeros(FRAME),
                    np.zeros((2, FRAME)), np.zeros((2, BASICS)),
@@ -125,7 +126,7 @@ def new_scratch(model):
                    np.zeros(TIP), np.zeros(AUDIT), np.zeros(3, np.int64))
 
 
-def straight_nodes(scene, model):
+def straight_nodes(scene: Scene, model: Model) -> NDArray[np.float64]:
     """Return the node array of one straight bristle at rest: (blocks, BLOCK), see layout.py."""
     nodes = np.zeros((model.blocks, ROWS, LANES))
     nodes[:, Q] = nodes[:, Q0] = 1.0
@@ -155,7 +156,7 @@ def straight_nodes(scene, model):
     return nodes.reshape(model.blocks, BLOCK)
 
 
-def start_motion(scene):
+def start_motion(scene: Scene) -> NDArray[np.float64]:
     """Return the ramps at the start: mean speed, the sweeper's velocity, the approach."""
     motion = new_motion()
     motion[SPEED + 1:SPEED + 3] = scene.drive.mean_speed
@@ -165,7 +166,7 @@ def start_motion(scene):
     return motion
 
 
-def turn_nodes(state, angle):
+def turn_nodes(state: State, angle: float) -> None:
     """Turn all nodes of a state about the brush axis by `angle` [rad], in place."""
     rows = state.nodes.reshape(-1, ROWS, LANES)
     c, s = math.cos(angle), math.sin(angle)
@@ -178,7 +179,7 @@ def turn_nodes(state, angle):
     rows[:, X0:X0 + 7] = rows[:, X:X + 7]
 
 
-def build_state(scene, model):
+def build_state(scene: Scene, model: Model) -> State:
     """Return the State before the start: straight, at theta = 0, accelerations not filled yet."""
     nodes = np.tile(straight_nodes(scene, model), (model.bristles, 1, 1))
     return State(
@@ -188,7 +189,7 @@ def build_state(scene, model):
         start_motion(scene), np.zeros(1, np.int64), np.zeros((model.bristles, AUDIT)))
 
 
-def check_start(scene, gaps):
+def check_start(scene: Scene, gaps: NDArray[np.float64]) -> None:
     """Raise SceneError where a tip starts inside the road; gaps [m] : (B,)."""
     lowest = int(np.argmin(gaps))
     if scene.contact.enabled and gaps[lowest] < -1e-12:

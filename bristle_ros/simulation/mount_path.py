@@ -1,16 +1,24 @@
 """Where the mount is over the road, followed chunk by chunk; for viewers, not for the physics."""
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TYPE_CHECKING, TypeAlias
 
+from bristle_ros.scene import Scene
 import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .simulation import Simulation
+
+
+Quaternion: TypeAlias = tuple[float, float, float, float]
 
 
 class Pose(NamedTuple):
     """Where the mount is over the road; `road` has its origin in the road plane."""
 
-    position: np.ndarray    # [m] (3,) of the mount centre, road axes
-    rotation: np.ndarray    # (3, 3) mount axes to road axes
-    orientation: tuple      # the same as a quaternion x, y, z, w
+    position: NDArray[np.float64]   # [m] (3,) of the mount centre, road axes
+    rotation: NDArray[np.float64]   # (3, 3) mount axes to road axes
+    orientation: Quaternion         # the same as a quaternion x, y, z, w
 
 
 class MountPath:
@@ -23,7 +31,7 @@ class MountPath:
     less than 0.1 mm in a metre.
     """
 
-    def __init__(self, scene):
+    def __init__(self, scene: Scene) -> None:
         self._its = scene.solver.integration_time_step
         self._attack, self._azimuth = scene.road.attack_angle, scene.road.tilt_azimuth
         self._mount = scene.sweeper.mount_position
@@ -31,10 +39,12 @@ class MountPath:
         self._resets = 0
         self._restart()
 
-    def _restart(self):
-        self._step, self._way, self._velocity = 0, np.zeros(2), self._start
+    def _restart(self) -> None:
+        self._step = 0
+        self._way: NDArray[np.float64] = np.zeros(2)
+        self._velocity = self._start
 
-    def follow(self, simulation, resets):
+    def follow(self, simulation: 'Simulation', resets: int) -> Pose:
         """
         Go on to the state of the simulation, which has been reset `resets` times.
 
@@ -54,7 +64,8 @@ class MountPath:
         return Pose(position, *_tilted(heading, self._attack, self._azimuth))
 
 
-def _tilted(heading, attack, azimuth):
+def _tilted(heading: float, attack: float, azimuth: float
+            ) -> tuple[NDArray[np.float64], Quaternion]:
     """Return Rz(heading) Rz(azimuth) Ry(attack) Rz(-azimuth) as a matrix and as a quaternion."""
     ca, sa = math.cos(attack), math.sin(attack)
     cf, sf = math.cos(heading + azimuth), math.sin(heading + azimuth)

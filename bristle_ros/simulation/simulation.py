@@ -1,18 +1,22 @@
 """One scene being stepped: model, state and the compiled functions that it needs, no more."""
+from collections.abc import Iterable
 import math
 from numbers import Real
 from operator import index
 import time
+from typing import Any, SupportsFloat, SupportsIndex, TypeAlias
 
 from bristle_ros.physics.contact import GAP
 from bristle_ros.physics.motion import (APPROACHING, FORWARD, HEIGHT, LEFT, PENETRATION, RAMP,
                                         ramp_at as compiled_ramp_at, renew_rates, ROTATION, SPEED,
                                         split_load_step, YAW)
-from bristle_ros.physics.step import (FAILURES, initialise, NEWTON, NO_CONVERGENCE, NOT_FINITE,
-                                      output, own_frame, SINGULAR_MATRIX, SUBSTEPS, UNFINISHED)
+from bristle_ros.physics.step import (FAILURES, initialise, Model, NEWTON, NO_CONVERGENCE,
+                                      NOT_FINITE, output, own_frame, SINGULAR_MATRIX, SUBSTEPS,
+                                      UNFINISHED)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
 from bristle_ros.scene import depth_refusal, Scene, spell, to_parameters
 import numpy as np
+from numpy.typing import NDArray
 
 from .equilibrium import settle_state
 from .model import (build_model, build_state, check_start, contact_law, local_error_of,
@@ -41,10 +45,13 @@ MOST_STEPS = 2**62  # of one call: what a kernel can count
 SLACK = 2e-5    # of an integration step, when a time is compared with a ramp's end
 
 
+Values: TypeAlias = SupportsFloat | Iterable[SupportsFloat]     # of a command
+
+
 class StepFailure(RuntimeError):
     """The simulation could not go on; the state is the last good one."""
 
-    def __init__(self, at, step, reason):
+    def __init__(self, at: float, step: int, reason: str) -> None:
         """Keep when [s], in which step and why."""
         super().__init__(f'stopped at t = {at:.9g} s, step {step}: {reason}')
         self.time = at
@@ -56,14 +63,15 @@ class CommandRefused(ValueError):
     """A command that cannot be followed; `str()` is one line with the topic, value and limit."""
 
 
-def values_of(topic, values):
+def values_of(topic: str, values: Values) -> tuple[float, ...]:
     """Return the values of a command, also a bare number, as a tuple of floats."""
+    given: Any = values
     if isinstance(values, Real) or getattr(values, 'ndim', 1) == 0:
-        values = values,
+        given = values,
     try:
-        if any(isinstance(value, (str, bytes)) for value in (values, *values)):
+        if any(isinstance(value, (str, bytes)) for value in (given, *given)):
             raise TypeError
-        return tuple(float(value) for value in values)
+        return tuple(float(value) for value in given)
     except (TypeError, ValueError, OverflowError):
         raise CommandRefused(f'{topic}: {values!r}: must be numbers') from None
 
@@ -81,7 +89,8 @@ class Simulation:
     Raises SceneError where a bristle would start inside the road.
     """
 
-    def __init__(self, scene, *, energies=False, threads=None):
+    def __init__(self, scene: Scene, *, energies: bool = False,
+                 threads: int | None = None) -> None:
         """Build, compile and go to the start."""
         self.scene = scene
         self.its = scene.solver.integration_time_step
@@ -96,12 +105,12 @@ class Simulation:
         self.state = build_state(scene, model)
         self._stepper = Stepper(model, self._law, self._viscosity, self.state, accounting=energies,
                                 threads=threads)
-        self._start = None
+        self._start: list[NDArray[np.float64] | NDArray[np.int64]] = []
         self._to_start()
         self._warm()
         self.compile_time = time.perf_counter() - began
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         """Say how far it is, how many bristles, and in what the scene is not the default one."""
         usual = to_parameters(Scene())
         keys = [f'{key}: {spell(value)}' for key, value in to_parameters(self.scene).items()
@@ -111,25 +120,25 @@ class Simulation:
                 f'bristle{"s" * (count != 1)}; scene: {", ".join(keys) or "the default"}>')
 
     @property
-    def model(self):
+    def model(self) -> Model:
         """Return the Model being stepped; another of the same sizes may take its place."""
         return self._stepper.model
 
     @model.setter
-    def model(self, model):
+    def model(self, model: Model) -> None:
         self._stepper.model = model
 
     @property
-    def step(self):
+    def step(self) -> int:
         """Integration steps since the start."""
         return int(self.state.step[0])
 
     @property
-    def newton_failures(self):
+    def newton_failures(self) -> int:
         """Return attempts at a step that Newton gave up, all bristles, since the start."""
         return int(self.state.counts[:, FAILURES].sum())
 
-    def _to_start(self):
+    def _to_start(self) -> None:
         steady = self.scene.solver.start == 'steady'
         if steady:
             settle_state(self.scene, self.model, self.state, self._scratch)
@@ -141,7 +150,7 @@ class Simulation:
             check_start(self.scene, gaps)
         self._start = [array.copy() for array in self.state]
 
-    def _start_gaps(self):
+    def _start_gaps(self) -> NDArray[np.float64]:
         """Return the tips' gaps to the road [m] (B,), and keep them in the tip records."""
         frame = self._scratch.frames[0]
         positions = self.centreline_own()[:, -1]
@@ -152,7 +161,7 @@ class Simulation:
         self.state.tip[:, GAP] = gaps
         return gaps
 
-    def _warm(self):
+    def _warm(self) -> None:
         """Compile by taking no step and one look; neither changes the state."""
         self._stepper.warm()
         self._observe()
@@ -161,7 +170,7 @@ class Simulation:
             split_load_step(0.5 * drive.time_step, drive, motion, self._scratch.basics)
             renew_rates(0.5 * drive.time_step, drive, motion, self._scratch.basics)
 
-    def advance(self, steps):
+    def advance(self, steps: SupportsIndex) -> None:
         """
         Advance by `steps` integration steps in compiled calls that let go of the GIL.
 
@@ -181,7 +190,7 @@ class Simulation:
                 reason = f'bristle {bristle}: {reason}'
             raise StepFailure(step * self.its, step, reason)
 
-    def _loads_finite(self, step):
+    def _loads_finite(self, step: int) -> bool:
         """Whether the frame's motion is finite at the ends of a step."""
         frame = self._scratch.frames[0]
         finite = True
@@ -191,13 +200,13 @@ class Simulation:
             finite = finite and bool(np.isfinite(frame).all())
         return finite
 
-    def reset(self):
+    def reset(self) -> None:
         """Go back to the scene's start, step 0."""
         self._stepper.forget()
         for array, start in zip(self.state, self._start):
             array[:] = start
 
-    def set_error_tolerance(self, tolerance):
+    def set_error_tolerance(self, tolerance: float) -> None:
         """
         Let adaptive steps have this local error, relative to the length; resets keep it.
 
@@ -205,11 +214,11 @@ class Simulation:
         """
         self.model = self.model._replace(local_error=local_error_of(self.scene, tolerance))
 
-    def check_command(self, topic, values):
+    def check_command(self, topic: str, values: Values) -> None:
         """Raise CommandRefused where `command` would; change nothing."""
         self._limits(topic, values)
 
-    def command(self, topic, values):
+    def command(self, topic: str, values: Values) -> None:
         """
         Follow a command from now on.
 
@@ -217,15 +226,15 @@ class Simulation:
         Changes are limited by drive.max_acceleration, sweeper.max_acceleration,
         sweeper.max_yaw_acceleration and road.max_rate. Raises CommandRefused.
         """
-        values = self._limits(topic, values)
+        checked = self._limits(topic, values)
         drive, now = self.model.drive, self.step * self.its
         if drive.time_step:
             split_load_step(now, drive, self.state.motion, self._scratch.basics)
-        self._follow(topic, values, now)
+        self._follow(topic, checked, now)
         if drive.time_step:
             renew_rates(now, drive, self.state.motion, self._scratch.basics)
 
-    def _follow(self, topic, values, now):
+    def _follow(self, topic: str, values: tuple[float, ...], now: float) -> None:
         scene = self.scene
         if topic == 'cmd_brush_speed':
             self._ramp(SPEED, now, values[0], scene.drive.max_acceleration)
@@ -244,24 +253,25 @@ class Simulation:
             self._ramp(LEFT, now, values[1], None, duration)
             self._ramp(YAW, now, values[2], scene.sweeper.max_yaw_acceleration)
 
-    def _ramp(self, at, now, target, limit, duration=None):
+    def _ramp(self, at: int, now: float, target: float, limit: float | None,
+              duration: float = 0.0) -> None:
         motion = self.state.motion
         value, _, integral = ramp_at(motion, at, now)
-        if duration is None:
+        if limit is not None:
             duration = abs(target - value) / limit
         # whole steps: a kink inside a step would be missed, or taken for all of it
         duration = math.ceil(duration / self.its - 1e-9) * self.its
         slack = SLACK * self.its if duration else 0.0
         motion[at:at + RAMP] = (now, value, target, duration, integral, slack)
 
-    def _depth(self, now):
+    def _depth(self, now: float) -> float:
         road = self.scene.road
         if now >= road.approach_time:
             return road.penetration
         s = now / road.approach_time
         return road.penetration * s * s * (3.0 - 2.0 * s)
 
-    def sweeper_motion(self):
+    def sweeper_motion(self) -> tuple[float, float, float, float]:
         """Return (height of the mount [m], heading [rad], forward, left [m/s] of the base)."""
         now, motion = self.step * self.its, self.state.motion
         depth = (self._depth(now) if motion[APPROACHING]
@@ -269,12 +279,12 @@ class Simulation:
         return (self.model.drive.tip_depth - depth, ramp_at(motion, YAW, now)[2],
                 ramp_at(motion, FORWARD, now)[0], ramp_at(motion, LEFT, now)[0])
 
-    def _limits(self, topic, values):
+    def _limits(self, topic: str, given: Values) -> tuple[float, ...]:
         scene = self.scene
         wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1}
         if not isinstance(topic, str) or topic not in wanted:
             raise CommandRefused(f'{topic}: no such command; there are {", ".join(wanted)}')
-        values = values_of(topic, values)
+        values = values_of(topic, given)
         if len(values) != wanted[topic]:
             raise CommandRefused(f'{topic}: {len(values)} values, wants {wanted[topic]}')
         if not all(math.isfinite(value) for value in values):
@@ -300,11 +310,11 @@ class Simulation:
                                      f'{HIGHEST:g} m (-{HIGHEST:g})')
         return values
 
-    def _observe(self):
+    def _observe(self) -> None:
         output.observe(self.model, self._law, self._viscosity, self.state, self._scratch,
                        self._rows, self._totals)
 
-    def snapshot(self):
+    def snapshot(self) -> Snapshot:
         """Return the outputs of the present state as a Snapshot of its own arrays."""
         self._observe()
         rows, totals = self._rows.copy(), self._totals.copy()
@@ -316,13 +326,13 @@ class Simulation:
         part = [rows[:, a:b] for a, b in (
             (0, 3), (3, 6), (6, 9), (9, 13), (13, 17), (17, 20), (20, 23), (23, 26), (26, 29),
             (29, 32))]
-        return Snapshot(
+        return Snapshot._make((
             step, step * self.its, totals[output.ANGLE], totals[output.SPEED], *part,
             totals[0:3], totals[3:6], totals[6:9], totals[9:12], *energies,
             int(counts[NEWTON]), int(counts[SUBSTEPS]),
-            float(rows[:, output.ERROR].max()) / self.scene.bristle.length)
+            float(rows[:, output.ERROR].max()) / self.scene.bristle.length))
 
-    def centreline_own(self):
+    def centreline_own(self) -> NDArray[np.float64]:
         """Return the nodes from clamp to tip in each bristle's own axes [m]: (B, nodes, 3)."""
         nodes = self.state.nodes.reshape(self.model.bristles, self.model.blocks, ROWS, LANES)
         positions = nodes[:, :, X:X + 3, :]
@@ -334,7 +344,7 @@ class Simulation:
         line[:, 2::2] = ends[:, :self.model.elements]
         return line
 
-    def centreline(self):
+    def centreline(self) -> NDArray[np.float64]:
         """Return the nodes from clamp to tip in mount axes [m]: (B, nodes, 3)."""
         self._observe()
         theta = self._totals[output.ANGLE]

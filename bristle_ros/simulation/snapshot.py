@@ -1,7 +1,10 @@
 """What one sample of a run holds: the record that is published, logged, written and compared."""
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
+
+Floats: TypeAlias = NDArray[np.float64]
 
 
 class Snapshot(NamedTuple):
@@ -18,20 +21,20 @@ class Snapshot(NamedTuple):
     t: float                            # [s] = step * integration_time_step
     theta: float                        # [rad] angle of the brush
     omega: float                        # [rad/s] its speed
-    tip_position: np.ndarray            # [m] (B, 3), brush axes, from the mount centre
-    tip_position_road: np.ndarray       # [m] (B, 3), road axes, from the mount centre
-    tip_position_mount: np.ndarray      # [m] (B, 3), mount axes, from the mount centre
-    tip_orientation: np.ndarray         # (B, 4) quaternion x, y, z, w, brush axes
-    tip_orientation_mount: np.ndarray   # (B, 4) quaternion x, y, z, w, mount axes
-    contact_force: np.ndarray           # [N] (B, 3) on the tip, road axes, mean over the last step
-    contact_impulse: np.ndarray         # [N s] (B, 3) since t = 0, road axes
-    mount_force: np.ndarray             # [N] (B, 3) of the wire on the board, brush axes
-    mount_moment: np.ndarray            # [N m] (B, 3) about the wire's clamp, brush axes
-    mount_damping_force: np.ndarray     # [N] (B, 3) its beta_D part, x along that bristle's radius
-    brush_force: np.ndarray             # [N] (3,) of the brush on the sweeper, mount axes
-    brush_torque: np.ndarray            # [N m] (3,) about the mount centre, mount axes
-    contact_force_mount: np.ndarray     # [N] (3,) of the road on the brush, mount axes
-    contact_torque_mount: np.ndarray    # [N m] (3,) about the mount centre, mount axes
+    tip_position: Floats                # [m] (B, 3), brush axes, from the mount centre
+    tip_position_road: Floats           # [m] (B, 3), road axes, from the mount centre
+    tip_position_mount: Floats          # [m] (B, 3), mount axes, from the mount centre
+    tip_orientation: Floats             # (B, 4) quaternion x, y, z, w, brush axes
+    tip_orientation_mount: Floats       # (B, 4) quaternion x, y, z, w, mount axes
+    contact_force: Floats               # [N] (B, 3) on the tip, road axes, mean over the last step
+    contact_impulse: Floats             # [N s] (B, 3) since t = 0, road axes
+    mount_force: Floats                 # [N] (B, 3) of the wire on the board, brush axes
+    mount_moment: Floats                # [N m] (B, 3) about the wire's clamp, brush axes
+    mount_damping_force: Floats         # [N] (B, 3) its beta_D part, x along that bristle's radius
+    brush_force: Floats                 # [N] (3,) of the brush on the sweeper, mount axes
+    brush_torque: Floats                # [N m] (3,) about the mount centre, mount axes
+    contact_force_mount: Floats         # [N] (3,) of the road on the brush, mount axes
+    contact_torque_mount: Floats        # [N m] (3,) about the mount centre, mount axes
     energy_kinetic: float               # [J] the four energies: whole scene, brush frame;
     energy_elastic: float               # NaN where the simulation was built without them
     energy_dissipated: float

@@ -4,18 +4,30 @@ from dataclasses import replace
 import os
 import sys
 import time
+from typing import TYPE_CHECKING
 
 from bristle_ros.command_line import add_scene, load_scene, Parser, StopSignals
 from bristle_ros.scene import load, Scene, SceneError, steps
 
 from .sample_file import check_output, open_output, SampleArrays
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from typing import Any, TypeAlias
+
+    from bristle_ros.simulation import Values
+    from numpy.typing import NDArray
+
+    Place: TypeAlias = str | os.PathLike[str]
+
 INTERRUPTED = 130       # what a shell expects of a command that ended by Ctrl-C
 PATIENCE = 1.0          # [s] a run may last before it shows its progress
 
 
-def simulate(scene_or_path, duration, *, sample=None, commands=None, output=None, overrides=None,
-             overwrite=False):
+def simulate(scene_or_path: 'Scene | Place', duration: float, *, sample: float | None = None,
+             commands: 'Place | Iterable[tuple[float, str, Values]] | None' = None,
+             output: 'Place | None' = None, overrides: 'Mapping[str, object] | None' = None,
+             overwrite: bool = False) -> 'dict[str, NDArray[Any]]':
     """
     Simulate `duration` [s] of a scene and return its samples.
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from bristle_ros.physics.compiler import jit
 import numpy as np
+from numpy.typing import NDArray
 
 from .drive import profile_at, RAMP, ramp_at
 
@@ -298,6 +299,6 @@ def turn_frame(frame, cosine, sine, turned):
         turned[i] = frame[i]
 
 
-def new_motion():
+def new_motion() -> NDArray[np.float64]:
     """Return a motion at rest: every ramp over, at zero."""
     return np.zeros(MOTION)

@@ -5,6 +5,6 @@ from .equilibrium import settle
 from .newton import (COUNTS, FACTORISATIONS, FAILURES, move_nodes, NEWTON, NO_CONVERGENCE,
                      NOT_FINITE, SINGULAR_MATRIX, SUBSTEPS, UNFINISHED)
 from .records import Model, Scratch, State
-from .scheme import generalized_alpha, hht, newmark
+from .scheme import generalized_alpha, hht, newmark, Scheme
 from .start import initialise
 from .stepping import advance, advance_alone, BATCH, fill_frames, own_frame, PARTS

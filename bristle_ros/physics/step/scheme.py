@@ -37,7 +37,7 @@ class Scheme(NamedTuple):
     #                     LOOSEST_STEP and above
 
 
-def generalized_alpha(spectral_radius, tolerance):
+def generalized_alpha(spectral_radius: float, tolerance: float) -> Scheme:
     """Return the scheme with this spectral radius at infinity; Chung, Hulbert (1993)."""
     r = spectral_radius
     alpha_m = (2.0 * r - 1.0) / (r + 1.0)
@@ -46,13 +46,13 @@ def generalized_alpha(spectral_radius, tolerance):
                   0.5 - alpha_m + alpha_f, tolerance)
 
 
-def hht(amplitude_decay, tolerance):
+def hht(amplitude_decay: float, tolerance: float) -> Scheme:
     """Return HHT with amplitude decay factor g: alpha_f = g; Hilber, Hughes, Taylor (1977)."""
     g = amplitude_decay
     return Scheme(0.0, g, 0.25 * (1.0 + g) ** 2, 0.5 + g, tolerance)
 
 
-def newmark(amplitude_decay, tolerance):
+def newmark(amplitude_decay: float, tolerance: float) -> Scheme:
     """Return Newmark with amplitude decay factor g: gamma = 1/2 + g; first order unless g = 0."""
     g = amplitude_decay
     return Scheme(0.0, 0.0, 0.25 * (1.0 + g) ** 2, 0.5 + g, tolerance)

@@ -5,12 +5,13 @@ from bristle_ros.physics.wire import (A0, ACC0, ELEMENTS, HA, HV, INERTIA, inter
                                       STRAIN0, STRAIN_BEFORE, STRESS, V0, X, X0)
 import numpy as np
 
+from .records import Model, Scratch, State
 from .stepping import own_frame
 
 PROBE = 1e-7    # relative size of the displacement that shows the strains' acceleration
 
 
-def initialise(model, viscosity, state, scratch):
+def initialise(model: Model, viscosity: float | None, state: State, scratch: Scratch) -> None:
     """
     Fill the accelerations that the equation of motion gives for the present positions, velocities.
 

@@ -9,6 +9,7 @@ the right-hand side.
 """
 from bristle_ros.physics.compiler import jit, load4, load8, store4, store8
 import numpy as np
+from numpy.typing import NDArray
 
 from .layout import ELEMENTS, INERTIA, LANES, LR, MASS, Q, R, TORQUE
 from .tangent import (add_to, BLOCK, block_tangent, keep_strain_matrix, LEFT_LEFT, LEFT_MIDDLE,
@@ -41,7 +42,7 @@ _PADDED = _RIGHT_LEFT + BLOCK
 CHAIN_WORK = _PADDED + MATRIX
 
 
-def chain_work():
+def chain_work() -> NDArray[np.float64]:
     """Return the scratch array that `factorise` works in."""
     return np.zeros(CHAIN_WORK)
 

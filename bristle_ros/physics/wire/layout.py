@@ -67,7 +67,7 @@ ROWS = 161
 BLOCK = ROWS * LANES
 
 
-def block_count(elements):
+def block_count(elements: int) -> int:
     """Return how many blocks hold `elements` elements."""
     return -(-elements // ELEMENTS)
 
