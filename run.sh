@@ -18,7 +18,10 @@ esac
 . "$here/tools/venv.sh"
 cd_back=$PWD
 cd "$here" || exit 2
-prepare_venv stamp-run requirements.txt
+case "${1:-}" in
+    study | fit | compare) prepare_venv stamp-study requirements.txt requirements-study.txt ;;
+    *) prepare_venv stamp-run requirements.txt ;;
+esac
 cd "$cd_back" || exit 2
 export PYTHONPATH="$here"
 # exec: what runs gets the signals, not a shell.

@@ -43,6 +43,9 @@ setup(
         'rosbags>=0.10'],
     extras_require={
         'peers': ['exudyn', 'mujoco'],
+        # Python 3.11 or newer
+        'study': ['dask', 'distributed', 'optuna>=4', 'pandas', 'plotly>=6', 'pyarrow', 'rainflow',
+                  'SALib>=1.5', 'scipy>=1.15', 'xarray', 'zarr>=3'],
         'test': ['hypothesis', 'mcap-ros2-support', 'mypy', 'pytest', 'ruff'],
     },
     zip_safe=False,
