@@ -30,7 +30,8 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),
-        ('share/' + package_name + '/config', sorted(glob('config/*'))),
+        ('share/' + package_name + '/config', sorted(glob('config/*.*'))),
+        ('share/' + package_name + '/config/studies', sorted(glob('config/studies/*.yaml'))),
         ('share/' + package_name + '/urdf', sorted(glob('urdf/*'))),
         ('share/' + package_name + '/launch', sorted(glob('launch/*.launch.py'))),
         # pip puts console scripts into bin/, where `ros2 run` does not look; these it finds.

@@ -9,7 +9,7 @@ from bristle_ros.scene import SceneError
 
 from . import store
 from .batch import is_there, run_batch, run_scene, seconds_of
-from .cluster import ClusterLost, in_flight
+from .cluster import in_flight
 from .progress import Progress
 from .study_file import GENERATION
 
@@ -122,5 +122,3 @@ def _make_curves(study, folder):
     shapes = {name: np.shape(getattr(history, name))[1:] for name in study.keep}
     store.make_curves(study, folder, study.runs, shapes, steps // every + 1)
 
-
-__all__ = ['carry_out', 'ClusterLost', 'INTERRUPTED', 'probed', 'Stop']

@@ -1,12 +1,13 @@
 """Where batches run: workers of this machine, or of a scheduler that is there already (Dask)."""
 from contextlib import contextmanager
-import importlib.util
 import logging
 
 from bristle_ros.scene import SceneError
 import dask
 from distributed import as_completed, Client, KilledWorker, LocalCluster
 from distributed.client import FutureCancelledError
+from distributed.comm import CommClosedError
+from distributed.comm.addressing import parse_address, parse_host_port
 
 PATIENCE = 15.0         # [s] for a scheduler to answer
 DEATHS = 20             # of the workers that ran a batch, before it is given up
@@ -22,9 +23,20 @@ def open_cluster(address, workers):
     """
     Enter with a Client: of the scheduler at `address`, or of `workers` processes of this machine.
 
-    Raises SceneError where there is no scheduler.
+    Raises SceneError where there is no scheduler, ClusterLost where it goes away.
     """
-    logging.getLogger('distributed').setLevel(logging.CRITICAL)
+    try:
+        with _client(address, workers) as client:
+            yield client
+    except (FutureCancelledError, CommClosedError):
+        raise ClusterLost('the scheduler has gone') from None
+
+
+@contextmanager
+def _client(address, workers):
+    for name in list(logging.root.manager.loggerDict):
+        if name.startswith('distributed'):
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # we tell it on one line
     dask.config.set({'distributed.scheduler.allowed-failures': DEATHS,
                      'distributed.worker.preload': [_PRELOAD],
                      'distributed.comm.timeouts.connect': f'{PATIENCE}s',
@@ -36,10 +48,9 @@ def open_cluster(address, workers):
         finally:
             _close(client)
         return
-    dashboard = ':0' if importlib.util.find_spec('bokeh') else None
     # no limit of memory: a worker that Dask pauses or ends would take its batch along
     with LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0,
-                      dashboard_address=dashboard, silence_logs=logging.CRITICAL) as cluster:
+                      dashboard_address=':0', silence_logs=logging.CRITICAL) as cluster:
         client = Client(cluster)
         try:
             yield client
@@ -49,6 +60,7 @@ def open_cluster(address, workers):
 
 def _connect(address):
     try:
+        parse_host_port(parse_address(address)[1])
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:
         line = str(error).partition('\n')[0] or type(error).__name__
@@ -79,21 +91,18 @@ def in_flight(client, jobs, submit, stopped):
     room = sum(client.nthreads().values()) + 1      # one waits, so that no worker does
     running = as_completed()
     held = 0
-    try:
-        while True:
-            while held < room and not stopped():
-                job = next(jobs, None)
-                if job is None:
-                    break
-                running.add(submit(job))
-                held += 1
-            if not held:
-                return
-            future = next(running)
-            held -= 1
-            yield _result(future)
-    except FutureCancelledError:
-        raise ClusterLost('the scheduler has gone') from None
+    while True:
+        while held < room and not stopped():
+            job = next(jobs, None)
+            if job is None:
+                break
+            running.add(submit(job))
+            held += 1
+        if not held:
+            return
+        future = next(running)
+        held -= 1
+        yield _result(future)
 
 
 def _result(future):

@@ -1,4 +1,5 @@
 """The command line of `study`: many runs of a scene, and the page that shows them."""
+from importlib.util import find_spec
 import os
 from pathlib import Path
 import sys
@@ -53,30 +54,25 @@ def main(arguments):
 
 def _run(study, folder, options):
     from . import store
-    from .campaign import carry_out, ClusterLost, INTERRUPTED
-    from .cluster import open_cluster
+    from .campaign import carry_out, INTERRUPTED
+    from .cluster import ClusterLost, open_cluster
     from .page import write_page
-    store.begin(study, folder, resume=options.resume)   # before a cluster is started
+    store.check(study, folder, resume=options.resume)   # before a cluster is started
     resume = f'--resume goes on: study {options.study} --output {folder} --resume'
-    with open_cluster(options.scheduler, options.workers or cores()) as client:
-        if client.dashboard_link and client.cluster is not None and _has_dashboard():
-            print(f'dashboard: {client.dashboard_link}')
-        try:
-            complete = carry_out(study, folder, client, resume=True)
-        except ClusterLost as error:
-            print(f'study: {error}; {resume}', file=sys.stderr)
-            return 3
+    try:
+        with open_cluster(options.scheduler, options.workers or cores()) as client:
+            if find_spec('bokeh'):
+                print(f'dashboard: {client.dashboard_link}')
+            complete = carry_out(study, folder, client, resume=options.resume)
+    except ClusterLost as error:
+        print(f'study: {error}; {resume}', file=sys.stderr)
+        return 3
     rows = store.count(folder)
     if not complete:
         print(f'study: interrupted after {rows} of {study.runs} runs; {resume}', file=sys.stderr)
         return INTERRUPTED
     print(f'{rows} runs; written: {write_page(folder)}')
     return 0
-
-
-def _has_dashboard():
-    import importlib.util
-    return importlib.util.find_spec('bokeh') is not None
 
 
 def cores():

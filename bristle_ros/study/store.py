@@ -83,28 +83,41 @@ def missing(batches, folder):
             at = until
 
 
-def begin(study, folder, *, resume, batch=None):
+def check(study, folder, *, resume):
     """
-    Make the directory of a study, or go on in it; return what is kept there about it.
+    Return what is kept in a directory of this study, None where it has yet to be begun.
 
-    Raises SceneError where the directory is of another study, or there is one and not `resume`.
+    Raises SceneError where it is of another study, or of this one and not `resume`.
     """
     folder = Path(folder)
-    path = folder / DESCRIPTION
-    here = {'version': __version__, 'study': study.described(), 'batch': batch,
-            'machine': provenance(), 'file': _text(study.source)}
-    if path.exists():
+    if (folder / DESCRIPTION).exists():
         if not resume:
             raise SceneError('has a study already: give --resume to go on with it, or another '
                              'place', key='--output', value=str(folder))
         there = description(folder)
-        _compare(there, here, folder, study.design)
+        _compare(there, {'version': __version__, 'study': study.described()}, folder,
+                 study.design)
+        return there
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise SceneError('is no directory of a study, and not empty: name another place',
+                         key='--output', value=str(folder))
+    return None
+
+
+def begin(study, folder, *, resume):
+    """
+    Make the directory of a study, or go on in it; return what is kept there about it.
+
+    Raises SceneError as `check` does.
+    """
+    folder = Path(folder)
+    here = {'version': __version__, 'study': study.described(), 'batch': None,
+            'machine': provenance(), 'file': _text(study.source)}
+    there = check(study, folder, resume=resume)
+    if there is not None:
         if there['study'] == here['study']:
             return there
         here['batch'] = there['batch']
-    elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise SceneError('is no directory of a study, and not empty: name another place',
-                         key='--output', value=str(folder))
     for table in (RUNS, HALVED):
         (folder / table).mkdir(parents=True, exist_ok=True)
     save(folder, here)
