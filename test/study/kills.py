@@ -2,7 +2,9 @@
 """
 Kills parts of a running study at drawn times and looks at what --resume makes of it.
 
-    test/study/kills.py [--kills 20] [--seed N] [KIND ...]      worker scheduler client disk read_only
+    test/study/kills.py [--kills 20] [--seed N] [KIND ...]
+
+KIND: worker, scheduler, client, disk, read_only.
 
 After each: no row lost, none twice, none different from an undisturbed run. Needs the extra
 [study]; `disk` needs root, for a disk of its own.
