@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Print what finished studies answer, with date and machine, as JSON: tools/keep_study.py DIR..."""
+"""Print as JSON what finished studies answer, with date and machine: keep_study.py DIR..."""
 from datetime import datetime, timezone
 import json
 from pathlib import Path
