@@ -4,7 +4,7 @@ Kills parts of a running study at drawn times and looks at what --resume makes o
 
     test/study/kills.py [--kills 20] [--seed N] [KIND ...]
 
-KIND: worker, scheduler, client, disk, read_only.
+KIND: worker, scheduler, client, disk, read_only, external (two workers started by hand, no kill).
 
 After each: no row lost, none twice, none different from an undisturbed run. Needs the extra
 [study]; `disk` needs root, for a disk of its own.
@@ -24,15 +24,16 @@ import time
 import psutil
 
 ROOT = Path(__file__).resolve().parents[2]
-KINDS = ('worker', 'scheduler', 'client', 'disk', 'read_only')
+KINDS = ('worker', 'scheduler', 'client', 'disk', 'read_only', 'external')
 STUDY = """
 scene: {scene}
 set: {{solver.integration_time_step: 1.0e-3, solver.elements: 4}}
 vary:
-  road.penetration: {{from: 0.005, to: 0.03, count: 20}}
-  drive.mean_speed: {{from: 6.0, to: 16.0, count: 12}}
-duration: 2.0
-settle: 0.5
+  road.penetration: {{from: 0.005, to: 0.03, count: 24}}
+  drive.mean_speed: {{from: 6.0, to: 16.0, count: 20}}
+duration: 1.0
+settle: 0.2
+sample: 2.0e-3
 """
 LIMIT = 300.0
 
@@ -95,11 +96,12 @@ def workers_of(pid):
 
 def disturb(kind, study, folder, draw):
     """Run the study and disturb it once; return the exit code and what was printed."""
-    if kind == 'scheduler':
+    if kind in ('scheduler', 'external'):
         cluster = Cluster(folder.parent)
         process = bristle(str(study), '--output', str(folder), '--scheduler', cluster.address)
-        time.sleep(draw)
-        os.kill(cluster.processes[0].pid, signal.SIGKILL)
+        if kind == 'scheduler':
+            time.sleep(draw)
+            os.kill(cluster.processes[0].pid, signal.SIGKILL)
         code = finish(process)
         cluster.stop()
         return code
