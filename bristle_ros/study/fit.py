@@ -9,7 +9,7 @@ import numpy as np
 
 from .factor import Factor, read_factor
 from .measure import MEASURES
-from .study_file import Study
+from .study_file import MOST_TURNS, Study
 from .table_file import read_table
 
 SHARE = 0.03            # deviation of a measure without one, of its mean magnitude
@@ -29,6 +29,8 @@ def _parse(arguments):
     parser.add_argument('--turns', type=float, default=3.0, help='of each run; default 3')
     parser.add_argument('--settle', type=float, default=1.0,
                         help='turns left out at the start; default 1')
+    parser.add_argument('--sample', type=float, default=0.0, metavar='S',
+                        help='between samples [s]; default: 0.5 ms, or a step')
     parser.add_argument('--workers', type=int, metavar='N', help='processes; default: the cores')
     parser.add_argument('--output', default='fit', metavar='DIR',
                         help='where fit.json and index.html go; default: fit')
@@ -41,7 +43,7 @@ def main(arguments):
     factors = [_factor(rule) for rule in options.vary]
     measures, given = _columns(options, factors)
     study = study_of(load(options.scene), [*given['keys'], *factors], options.turns,
-                     options.settle)
+                     options.settle, options.sample)
     folder = Path(options.output).expanduser()
     folder.mkdir(parents=True, exist_ok=True)
     from .cluster import open_cluster
@@ -53,12 +55,14 @@ def main(arguments):
     return 1 if found.doubts else 0
 
 
-def study_of(scene, factors, turns, settle):
+def study_of(scene, factors, turns, settle, sample=0.0):
     """Return a Study of runs of a scene with values of these factors."""
-    if not 0.0 <= settle < turns:
+    if not 0.0 <= sample < 1.0:
+        raise SceneError('must be a time from 0 to 1 s', key='--sample', value=sample)
+    if not 0.0 <= settle < turns <= MOST_TURNS:
         raise SceneError(f'leaves nothing of {turns:g} turns', key='--settle', value=settle)
     return Study(source='', scene=scene, factors=tuple(factors), design='grid', samples=1, seed=1,
-                 duration=None, turns=turns, most_turns=turns, settle=settle, sample=0.0,
+                 duration=None, turns=turns, most_turns=turns, settle=settle, sample=sample,
                  objectives=(), maximise=False, constraints=(), keep=(), fatigue=None)
 
 

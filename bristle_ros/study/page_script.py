@@ -63,7 +63,7 @@ function draw() {
      line: {color: '#d94801', width: 2}, name: 'mean'},
     {x: at(x, bad), y: bad.map(() => floor), mode: 'markers', text: text(bad),
      marker: {symbol: 'x', size: 9, color: '#b00'}}],
-    layout({title: {text: `${m} over ${x}`, font: {size: 14}}, xaxis: {title: {text: x}},
+    layout({title: {text: `${m} over ${x}`, font: {size: 14}, x: 0.01, xanchor: 'left'}, xaxis: {title: {text: x}},
             yaxis: {title: {text: m + unit(m)}, automargin: true}}), options);
   $('map').style.display = x === y ? 'none' : '';
   if (x !== y) {
@@ -75,7 +75,7 @@ function draw() {
       colorscale: 'Viridis', colorbar: {title: {text: m + unit(m), side: 'right'}, thickness: 12}},
       {x: at(x, bad), y: at(y, bad), mode: 'markers', text: text(bad),
        marker: {symbol: 'x', size: 9, color: '#b00'}}],
-      layout({title: {text: `${m}, mean of rows; red: not finished`, font: {size: 14}},
+      layout({title: {text: `${m}, mean of rows; red: not finished`, font: {size: 14}, x: 0.01, xanchor: 'left'},
               xaxis: {title: {text: x}}, yaxis: {title: {text: y}, automargin: true}}), options);
   }
   const axes = [...DATA.keys, m].map(name => { const v = at(name, done);
@@ -101,7 +101,7 @@ function bars(m) {
   Plotly.react('sobol', [bar('S1', '#9ecae1'), bar('ST', '#08519c')], layout({showlegend: true,
     height: 120 + 46 * found.length, yaxis: {automargin: true},
     legend: {orientation: 'h', y: -0.25}, title: {text: `share of the variance of ${m}`,
-    font: {size: 14}}}), options);
+    font: {size: 14}, x: 0.01, xanchor: 'left'}}), options);
 }
 
 const HEADS = ['run', ...DATA.keys, 'status', 'settled', ...DATA.measures];

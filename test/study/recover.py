@@ -5,10 +5,11 @@ Fits made-up measurements with noise: how often do the intervals hold the truth?
     test/study/recover.py [--cases 20] [--seed 1] [--workers 2]
 
 Each case draws friction.kinetic, friction.static, friction.decay and damping.stiffness, simulates
-8 rows of speed and depth, adds 3 % of noise to three measures, and fits. Of 80 intervals, 70 are
+16 rows of speed and depth, adds 3 % of noise to three measures, and fits. Of 80 intervals, 70 are
 to hold the truth. Then one case whose speeds are all alike, which should be said not to tell.
 """
 import argparse
+from dataclasses import replace
 from pathlib import Path
 import sys
 import time
@@ -25,19 +26,21 @@ from bristle_ros.study.fit import residuals, study_of  # noqa: E402
 from bristle_ros.study.fitting import fit  # noqa: E402
 
 FACTORS = [Factor('friction.kinetic', None, 0.1, 0.6), Factor('friction.static', None, 0.6, 1.2),
-           Factor('friction.decay', None, 0.05, 2.0, log=True),
+           Factor('friction.decay', None, 0.1, 2.0, log=True),
            Factor('damping.stiffness', None, 1e-4, 1e-2, log=True)]
 SET = [Factor('drive.mean_speed', None), Factor('road.penetration', None)]
 MEASURES = ('drive_torque_mean', 'normal_force_mean', 'clamp_stress_range')
-SPEEDS, DEPTHS, NOISE = (0.5, 1.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0), (0.015, 0.025), 0.03
+SPEEDS = (0.3, 0.6, 1.2, 2.5, 5.0, 10.0, 15.0, 20.0) * 2
+DEPTHS, NOISE = (0.03, 0.05), 0.03
 
 
 def case(rng, client, speeds):
     scene = load(ROOT / 'config/cutting_brush.yaml', {
         'solver.integration_time_step': 1e-3, 'solver.elements': 4})
-    study = study_of(scene, [*SET, *FACTORS], 1.25, 0.25)
+    study = replace(study_of(scene, [*SET, *FACTORS], 2.0, 1.0, sample=0.005), turns=None,
+                    duration=2.0)
     truth = [factor.at(place) for factor, place in zip(FACTORS, rng.uniform(0.2, 0.8, 4))]
-    given = {'set': [np.array(speeds), np.array(DEPTHS * (len(speeds) // 2))],
+    given = {'set': [np.array(speeds), np.repeat(DEPTHS, len(speeds) // 2)],
              'values': np.zeros((3, len(speeds))), 'deviations': np.ones((3, len(speeds)))}
     exact = residuals(study, MEASURES, given, client)([truth])[0].reshape(len(speeds), 3).T
     given['deviations'] = NOISE * np.abs(exact) + 1e-9
@@ -64,7 +67,7 @@ def main():
                     truth, found.value, found.low, found.high)), found.doubts,
                 f'{time.monotonic() - began:.0f} s', flush=True)
         print(f'{held.sum()} of {4 * options.cases} intervals hold the truth: {held}')
-        print('one speed:', case(rng, client, (8.0,) * 8)[1].doubts)
+        print('one speed:', case(rng, client, (8.0,) * 16)[1].doubts)
 
 
 if __name__ == '__main__':
