@@ -22,6 +22,7 @@ const unit = m => DATA.units[m] && DATA.units[m] !== '1' ? ` [${DATA.units[m]}]`
 const narrow = () => innerWidth < 620;
 const layout = more => Object.assign({margin: {l: 62, r: 12, t: 34, b: 48}, autosize: true,
   font: {size: narrow() ? 11 : 13}, showlegend: false, hovermode: 'closest'}, more);
+const title = text => ({text, font: {size: 14}, x: 0.01, xanchor: 'left'});
 const options = {responsive: true, displaylogo: false, displayModeBar: narrow() ? false : 'hover'};
 const fill = (id, names, at) => names.forEach((name, i) =>
   $(id).add(new Option(name, name, i === at, i === at)));
@@ -63,7 +64,7 @@ function draw() {
      line: {color: '#d94801', width: 2}, name: 'mean'},
     {x: at(x, bad), y: bad.map(() => floor), mode: 'markers', text: text(bad),
      marker: {symbol: 'x', size: 9, color: '#b00'}}],
-    layout({title: {text: `${m} over ${x}`, font: {size: 14}, x: 0.01, xanchor: 'left'}, xaxis: {title: {text: x}},
+    layout({title: title(`${m} over ${x}`), xaxis: {title: {text: x}},
             yaxis: {title: {text: m + unit(m)}, automargin: true}}), options);
   $('map').style.display = x === y ? 'none' : '';
   if (x !== y) {
@@ -75,7 +76,7 @@ function draw() {
       colorscale: 'Viridis', colorbar: {title: {text: m + unit(m), side: 'right'}, thickness: 12}},
       {x: at(x, bad), y: at(y, bad), mode: 'markers', text: text(bad),
        marker: {symbol: 'x', size: 9, color: '#b00'}}],
-      layout({title: {text: `${m}, mean of rows; red: not finished`, font: {size: 14}, x: 0.01, xanchor: 'left'},
+      layout({title: title(`${m}, mean of rows; red: not finished`),
               xaxis: {title: {text: x}}, yaxis: {title: {text: y}, automargin: true}}), options);
   }
   const axes = [...DATA.keys, m].map(name => { const v = at(name, done);
@@ -100,8 +101,7 @@ function bars(m) {
     marker: {color}, error_x: {array: found.map(f => f[name + '_ci95'])}});
   Plotly.react('sobol', [bar('S1', '#9ecae1'), bar('ST', '#08519c')], layout({showlegend: true,
     height: 120 + 46 * found.length, yaxis: {automargin: true},
-    legend: {orientation: 'h', y: -0.25}, title: {text: `share of the variance of ${m}`,
-    font: {size: 14}, x: 0.01, xanchor: 'left'}}), options);
+    legend: {orientation: 'h', y: -0.25}, title: title(`share of the variance of ${m}`)}), options);
 }
 
 const HEADS = ['run', ...DATA.keys, 'status', 'settled', ...DATA.measures];
