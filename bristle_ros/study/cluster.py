@@ -89,7 +89,7 @@ def in_flight(client, jobs, submit, stopped):
     """
     jobs = iter(jobs)
     room = sum(client.nthreads().values()) + 1      # one waits, so that no worker does
-    running = as_completed()
+    running = as_completed(loop=client.loop)
     held = 0
     while True:
         while held < room and not stopped():

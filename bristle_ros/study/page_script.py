@@ -101,7 +101,7 @@ function bars(m) {
     marker: {color}, error_x: {array: found.map(f => f[name + '_ci95'])}});
   Plotly.react('sobol', [bar('S1', '#9ecae1'), bar('ST', '#08519c')], layout({showlegend: true,
     height: 120 + 46 * found.length, yaxis: {automargin: true},
-    legend: {orientation: 'h', y: -0.25}, title: title(`share of the variance of ${m}`)}), options);
+   legend: {orientation: 'h', y: -0.25}, title: title(`share of the variance of ${m}`)}), options);
 }
 
 const HEADS = ['run', ...DATA.keys, 'status', 'settled', ...DATA.measures];

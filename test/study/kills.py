@@ -107,6 +107,8 @@ def disturb(kind, study, folder, draw):
         return code
     process = bristle(str(study), '--output', str(folder), '--workers', '2')
     time.sleep(draw)
+    while kind == 'read_only' and process.poll() is None and not (folder / 'study.json').exists():
+        time.sleep(0.2)
     if kind == 'client':
         process.kill()
     elif kind == 'worker':

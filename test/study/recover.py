@@ -43,7 +43,8 @@ def case(rng, client, speeds):
     given = {'set': [np.array(speeds), np.repeat(DEPTHS, len(speeds) // 2)],
              'values': np.zeros((3, len(speeds))), 'deviations': np.ones((3, len(speeds)))}
     exact = residuals(study, MEASURES, given, client)([truth])[0].reshape(len(speeds), 3).T
-    given['deviations'] = NOISE * np.abs(exact) + 1e-9
+    size = np.abs(exact)    # a tenth of the mean: no row is exact because it is small
+    given['deviations'] = NOISE * np.maximum(size, 0.1 * size.mean(axis=1, keepdims=True))
     given['values'] = exact + given['deviations'] * rng.standard_normal(exact.shape)
     return truth, fit(FACTORS, residuals(study, MEASURES, given, client))
 
@@ -64,7 +65,7 @@ def main():
             held += inside
             print(number, inside.astype(int), ' '.join(
                 f'{t:.3g}:{v:.3g}[{a:.3g},{b:.3g}]' for t, v, a, b in zip(
-                    truth, found.value, found.low, found.high)), found.doubts,
+                    truth, found.value, found.low, found.high)), found.doubts, f'scale {found.scale:.2f}',
                 f'{time.monotonic() - began:.0f} s', flush=True)
         print(f'{held.sum()} of {4 * options.cases} intervals hold the truth: {held}')
         print('one speed:', case(rng, client, (8.0,) * 16)[1].doubts)
