@@ -37,7 +37,10 @@ if [ "$peers" = yes ]; then
 elif [ "${1:-}" = view ]; then
     prepare_venv stamp-view requirements.txt requirements-view.txt
 else
-    prepare_venv stamp-run requirements.txt
+    case "${1:-}" in
+        study | fit | compare) prepare_venv stamp-study requirements.txt requirements-study.txt ;;
+        *) prepare_venv stamp-run requirements.txt ;;
+    esac
 fi
 cd "$cd_back" || exit 2
 export PYTHONPATH="$here"

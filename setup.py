@@ -30,7 +30,8 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),
-        ('share/' + package_name + '/config', sorted(glob('config/*'))),
+        ('share/' + package_name + '/config', sorted(glob('config/*.*'))),
+        ('share/' + package_name + '/config/studies', sorted(glob('config/studies/*.yaml'))),
         ('share/' + package_name + '/urdf', sorted(glob('urdf/*'))),
         ('share/' + package_name + '/launch', sorted(glob('launch/*.launch.py'))),
         # pip puts console scripts into bin/, where `ros2 run` does not look; these it finds.
@@ -43,6 +44,9 @@ setup(
         'rosbags>=0.10'],
     extras_require={
         'peers': ['exudyn', 'mujoco'],
+        # Python 3.11 or newer
+        'study': ['dask', 'distributed', 'optuna>=4', 'pandas', 'plotly>=6', 'pyarrow', 'rainflow',
+                  'SALib>=1.5', 'scipy>=1.15', 'xarray', 'zarr>=3'],
         'test': ['hypothesis', 'mcap-ros2-support', 'mypy', 'pytest', 'ruff', 'selenium'],
         'view': ['viser>=1.1,<2'],
     },

@@ -30,6 +30,9 @@ VERBS = {
     'report': ('report.main',
                'accuracy against run time, stability, cost of each feature: a page'),
     'view': ('view.main', 'a page with the brush in 3-D, its forces, and controls'),
+    'study': ('study.main', 'many runs of a scene: sweeps, sensitivities, optima; a page'),
+    'fit': ('study.fit', 'find parameters of a scene from measured rows'),
+    'compare': ('study.compare', 'lay a measured time series over a simulated one'),
     'bench': ('verbs.bench', "a scene's run times, as JSON"),
     'scene': ('verbs.scene', 'list every key of a scene, or check a scene file'),
 }

@@ -23,7 +23,7 @@ ORDER = """
     log
     node
     verbs             plot
-    report            view
+    report            study             view
 """
 LINE = {room: number for number, line in enumerate(ORDER.split('\n')) for room in line.split()}
 # The package itself names what users call, and the command line every verb: at run time, by text.
@@ -33,14 +33,20 @@ ONLY = {'__main__': {'__init__', 'command_line', 'scene'}}
 OWNERS = {
     'numba': ['physics.compiler.*'],
     'llvmlite': ['physics.compiler.lanes', 'physics.compiler.work_queue'],
-    'yaml': ['scene.parameter_file', 'log.bag_metadata'],   # scenes; the metadata.yaml of a bag
+    # scenes; the metadata.yaml of a bag; studies
+    'yaml': ['scene.parameter_file', 'log.bag_metadata', 'study.plain_yaml'],
     'rclpy': ['node.*'],
     'mcap': ['log.file'],
     'matplotlib': ['report.*', 'plot.*'],
-    'rich': ['verbs.simulate'],
+    'rich': ['verbs.simulate', 'study.progress'],
     'viser': ['view.main', 'view.page'],
+    'dask': ['study.cluster'],
+    'distributed': ['study.cluster'],
+    'pyarrow': ['study.store'],
+    'optuna': ['study.optimise'],
+    'SALib': ['study.sensitivity'],
     'time': ['realtime.driver', 'realtime.pacing_thread', 'node.*', 'log.file', 'log.writer',
-             'simulation.simulation', 'verbs.*', 'report.*', 'view.*'],
+             'simulation.simulation', 'verbs.*', 'report.*', 'study.*', 'view.*'],
 }
 
 

@@ -5,7 +5,7 @@ from bristle_ros.lazy import lazily
 
 if TYPE_CHECKING:
     from .error import SceneError as SceneError, spell as spell
-    from .parameter_file import read_file as read_file
+    from .parameter_file import read_file as read_file, read_scalar as read_scalar
     from .road_profile import Spline as Spline, spline as spline, waves as waves
     from .scene import (depth_refusal as depth_refusal, describe_keys as describe_keys,
                         from_arguments as from_arguments, from_parameters as from_parameters,
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __getattr__, __dir__ = lazily(__name__, {
     'error': ['SceneError', 'spell'],
-    'parameter_file': ['read_file'],
+    'parameter_file': ['read_file', 'read_scalar'],
     'road_profile': ['Spline', 'spline', 'waves'],
     'scene': ['depth_refusal', 'describe_keys', 'from_arguments', 'from_parameters',
               'gutter_friction', 'keys', 'load', 'LONGEST', 'Scene', 'steps', 'tip_depth',

@@ -1,0 +1,33 @@
+"""One process of a machine compiles; the others wait and take what it left in the cache."""
+from contextlib import contextmanager, nullcontext
+import fcntl
+import math
+import os
+from pathlib import Path
+import tempfile
+
+from bristle_ros.scene import to_parameters
+
+_compiled = set()       # kinds of scenes that this process has built
+
+
+def one_compiles(scene):
+    """
+    Return a context in which to build a scene's simulation.
+
+    Which functions a scene needs depends on its choices and on which of its numbers are zero or
+    infinite; of scenes that are alike in that, the first is built by one process at a time.
+    """
+    kind = tuple(
+        (value == 0.0, math.isinf(value)) if isinstance(value, float) else str(value)
+        for key, value in to_parameters(scene).items() if not key.startswith(('run.', 'log.')))
+    return nullcontext() if kind in _compiled else _alone(kind)
+
+
+@contextmanager
+def _alone(kind):
+    path = Path(tempfile.gettempdir()) / f'bristle_ros-compiling-{os.getuid()}'
+    with open(path, 'a') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+    _compiled.add(kind)

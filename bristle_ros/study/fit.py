@@ -1,0 +1,175 @@
+"""The verb `fit`: finds parameters of a scene from measured rows."""
+import json
+from pathlib import Path
+import sys
+
+from bristle_ros.command_line import Parser, WholeFile
+from bristle_ros.scene import keys, load, read_scalar, SceneError
+import numpy as np
+
+from .factor import Factor, read_factor
+from .measure import MEASURES
+from .study_file import MOST_TURNS, Study
+from .table_file import read_table
+
+SHARE = 0.03            # deviation of a measure without one, of its mean magnitude
+_KEYS = {key.name: key for key in keys()}
+
+
+def _parse(arguments):
+    parser = Parser('fit', 'Finds parameters of a scene by least squares from measured rows: a '
+                    'CSV with columns that are keys of the scene (what was set), measures (what '
+                    'was measured) and, if known, MEASURE_sd (its standard deviation).')
+    parser.add_argument('scene', metavar='SCENE.yaml')
+    parser.add_argument('measured', metavar='MEASURED.csv')
+    parser.add_argument('--vary', metavar='KEY=LOW:HIGH[:log]', action='append', required=True,
+                        help='a key to find, and its range; may be given often')
+    parser.add_argument('--measure', metavar='NAME,...', required=True,
+                        help='measures to compare')
+    parser.add_argument('--turns', type=float, default=3.0, help='of each run; default 3')
+    parser.add_argument('--settle', type=float, default=1.0,
+                        help='turns left out at the start; default 1')
+    parser.add_argument('--sample', type=float, default=0.0, metavar='S',
+                        help='between samples [s]; default: 0.5 ms, or a step')
+    parser.add_argument('--workers', type=int, metavar='N', help='processes; default: the cores')
+    parser.add_argument('--output', default='fit', metavar='DIR',
+                        help='where fit.json and index.html go; default: fit')
+    return parser.parse_args(arguments)
+
+
+def main(arguments):
+    """Run the verb `fit`; return its exit code: 1 where the data cannot tell a parameter."""
+    options = _parse(arguments)
+    factors = [_factor(rule) for rule in options.vary]
+    measures, given = _columns(options, factors)
+    study = study_of(load(options.scene), [*given['keys'], *factors], options.turns,
+                     options.settle, options.sample)
+    folder = Path(options.output).expanduser()
+    folder.mkdir(parents=True, exist_ok=True)
+    from .cluster import open_cluster
+    from .fitting import fit
+    from .main import cores
+    with open_cluster(None, options.workers or cores()) as client:
+        found = fit(factors, residuals(study, measures, given, client))
+    _tell(found, factors, measures, given, folder)
+    return 1 if found.doubts else 0
+
+
+def study_of(scene, factors, turns, settle, sample=0.0):
+    """Return a Study of runs of a scene with values of these factors."""
+    if not 0.0 <= sample < 1.0:
+        raise SceneError('must be a time from 0 to 1 s', key='--sample', value=sample)
+    if not 0.0 <= settle < turns <= MOST_TURNS:
+        raise SceneError(f'leaves nothing of {turns:g} turns', key='--settle', value=settle)
+    return Study(source='', scene=scene, factors=tuple(factors), design='grid', samples=1, seed=1,
+                 duration=None, turns=turns, most_turns=turns, settle=settle, sample=sample,
+                 objectives=(), maximise=False, constraints=(), keep=(), fatigue=None)
+
+
+def _factor(rule):
+    name, _, bounds = rule.partition('=')
+    ends = bounds.split(':')
+    if name not in _KEYS or len(ends) not in (2, 3) or ends[2:] not in ([], ['log']):
+        raise SceneError('must be KEY=LOW:HIGH or KEY=LOW:HIGH:log, with a key of a scene',
+                         key='--vary', value=rule)
+    given = {'from': read_scalar(ends[0]), 'to': read_scalar(ends[1])}
+    return read_factor(_KEYS[name], given | ({'scale': 'log'} if ends[2:] else {}), 'fit',
+                       '--vary')
+
+
+def _columns(options, factors):
+    """Return (measures, what was set and measured) of the table; raise SceneError."""
+    table = read_table(options.measured)
+    measures = options.measure.split(',')
+    found = {'keys': [], 'set': [], 'values': [], 'deviations': []}
+    for name, column in table.items():
+        if name in _KEYS:
+            if name in [factor.key for factor in factors]:
+                raise SceneError('is both measured and to be found', key=name,
+                                 source=options.measured)
+            for value in column:
+                _KEYS[name].check(float(value))
+            found['keys'].append(Factor(name, None))
+            found['set'].append(column)
+        elif name.removesuffix('_sd') not in MEASURES:
+            raise SceneError('is no key of a scene, no measure and no MEASURE_sd', key=name,
+                             source=options.measured)
+    for name in measures:
+        if name not in table or name not in MEASURES:
+            raise SceneError('has no such measure', key=name, source=options.measured)
+        sd = table.get(f'{name}_sd', np.full(len(table[name]),
+                                             SHARE * float(np.abs(table[name]).mean())))
+        if not (sd > 0.0).all():
+            raise SceneError('must be above 0', key=f'{name}_sd', source=options.measured)
+        found['values'].append(table[name])
+        found['deviations'].append(sd)
+    if len(found['values'][0]) * len(measures) <= len(factors):
+        raise SceneError(f'has too few numbers to find {len(factors)} parameters',
+                         source=options.measured)
+    return measures, found
+
+
+def residuals(study, measures, given, client):
+    """Return the function of many places that `fitting.fit` takes, run by a cluster's workers."""
+    rows = list(zip(*given['set'])) if given['set'] else [()] * len(given['values'][0])
+    measured = np.array(given['values']).T
+    deviations = np.array(given['deviations']).T
+
+    def of(places):
+        jobs = [(*row, *place) for place in places for row in rows]
+        values = client.gather(client.map(
+            measures_of, jobs, study=study, names=tuple(measures), pure=False))
+        shape = (len(places), len(rows), len(measures))
+        return list(((np.array(values).reshape(shape) - measured) / deviations).reshape(
+            len(places), -1))
+    return of
+
+
+def measures_of(values, study, names):
+    """Return measures of one run; NaN where it cannot be run."""
+    from bristle_ros.simulation import StepFailure
+
+    from .batch import run_scene
+    try:
+        row = run_scene(study, study.scene_of(values))[0]
+    except (SceneError, StepFailure):
+        return [float('nan')] * len(names)
+    return [row[name] for name in names]
+
+
+def _tell(found, factors, measures, given, folder):
+    lines = [f'{factor.key} = {value:.4g}, 95 % from {low:.4g} to {high:.4g}'
+             for factor, value, low, high in zip(factors, found.value, found.low, found.high)]
+    lines.append(f'residuals are {found.scale:.3g} of the deviations assumed; {found.runs} '
+                 'parameter sets were tried')
+    lines += found.doubts or ['the data tell all of them apart']
+    print('\n'.join(lines))
+    kept = {'parameters': {factor.key: {'value': v, 'low': low, 'high': high} for
+                           factor, v, low, high in zip(factors, found.value.tolist(),
+                                                       found.low.tolist(), found.high.tolist())},
+            'correlation': found.correlation.tolist(), 'residuals': found.residuals.tolist(),
+            'measures': measures, 'scale': found.scale, 'doubts': found.doubts}
+    with WholeFile(folder / 'fit.json', text=True, overwrite=True) as file:
+        json.dump(kept, file, indent=1)
+    with WholeFile(folder / 'index.html', text=True, overwrite=True) as file:
+        file.write(_page(found, factors, measures, given, lines))
+    sys.stdout.flush()
+    print(f'written: {folder / "index.html"}')
+
+
+def _page(found, factors, measures, given, lines):
+    from plotly import graph_objects as go
+    from plotly.subplots import make_subplots
+    figure = make_subplots(1, 2, subplot_titles=('residuals, in deviations', 'correlation'))
+    spread = found.residuals.reshape(-1, len(measures))
+    for i, name in enumerate(measures):
+        figure.add_scatter(x=given['values'][i], y=spread[:, i], mode='markers', name=name,
+                           row=1, col=1)
+    names = [factor.key for factor in factors]
+    figure.add_trace(go.Heatmap(z=found.correlation, x=names, y=names, zmin=-1, zmax=1,
+                                colorscale='RdBu', texttemplate='%{z:.2f}'), row=1, col=2)
+    figure.update_layout(title='<br>'.join(lines), margin_t=60 + 22 * len(lines), height=560)
+    return figure.to_html(include_plotlyjs=True)
+
+
+__all__ = ['main', 'residuals', 'study_of']

@@ -1,0 +1,50 @@
+"""Fits of closed forms: intervals, and what the data cannot tell; a series over another."""
+from bristle_ros.study.comparing import compare
+from bristle_ros.study.factor import Factor
+from bristle_ros.study.fitting import fit
+import numpy as np
+import pytest
+
+SPEED = np.linspace(0.1, 3.0, 30)
+FACTORS = [Factor('friction.kinetic', None, 0.1, 0.6), Factor('friction.static', None, 0.3, 1.2),
+           Factor('friction.decay', None, 0.05, 5.0, log=True)]
+
+
+def law(kinetic, static, decay):
+    return kinetic + (static - kinetic) * np.exp(-decay * SPEED)
+
+
+def test_intervals_hold_the_truth():
+    rng = np.random.default_rng(7)
+    held = 0
+    for _ in range(20):
+        truth = [factor.at(place) for factor, place in zip(FACTORS, rng.uniform(0.3, 0.7, 3))]
+        sd = 0.01 * law(*truth)
+        measured = law(*truth) + sd * rng.standard_normal(SPEED.size)
+        found = fit(FACTORS, lambda places, m=measured, s=sd: [(law(*p) - m) / s for p in places])
+        held += np.sum((found.low <= truth) & (truth <= found.high))
+    assert held >= 50       # of 60: 57 expected, 3 deviations below
+
+
+def test_parameters_that_act_together_are_not_told_apart():
+    factors = FACTORS[:2]
+
+    def residuals(places):
+        return [(a * b * SPEED - 0.2 * SPEED) / 0.01 for a, b in places]
+    found = fit(factors, residuals)
+    assert any('cannot be told apart' in doubt or 'do not tell' in doubt for doubt in found.doubts)
+    assert found.value[0] * found.value[1] == pytest.approx(0.2, rel=0.01)
+
+
+def test_shift_and_scale_of_a_series_are_found():
+    t = np.arange(0.0, 2.0, 1e-3)
+
+    def force(at):
+        return 3.0 + np.sin(2.0 * np.pi * (7.0 + at) * at) + 0.4 * np.sin(2.0 * np.pi * 40.0 * at)
+    found = compare((t, force(t)), (t + 10.0, 2.0 * force(t - 0.0123) - 1.0), 12.0)
+    assert found.shift == pytest.approx(10.0123, abs=2e-4)
+    assert (found.scale, found.offset) == (pytest.approx(2.0, rel=2e-3),
+                                           pytest.approx(-1.0, abs=1e-2))
+    assert found.error < 0.01
+    loud = max(found.bands, key=lambda band: band[2])
+    assert 4.0 <= loud[0] <= 10.0
