@@ -21,6 +21,7 @@ WIDE = 0.02             # of a parameter's range, each way, of a difference
 SCANNED = 10            # starts that are tried before the best is followed, a parameter
 APART = 0.98            # correlation from which two parameters cannot be told apart
 UNKNOWN = 0.5           # half width, as a share of the range, from which one is not known
+NOISY = 1.5             # residuals, in deviations, from which a fit is none
 WORST = 1e3             # residual of a row that could not be run
 
 
@@ -89,11 +90,14 @@ def _judged(factors, u, residuals, jacobian, count):
         return np.array([float(factor.at(float(np.clip(place, 0.0, 1.0))))
                          for factor, place in zip(factors, places)])
     return Fit(value(u), value(u - width), value(u + width), correlation, residuals, scale,
-               _doubts(factors, u, width, correlation), count)
+               _doubts(factors, u, width, correlation, scale), count)
 
 
-def _doubts(factors, u, width, correlation):
+def _doubts(factors, u, width, correlation, scale):
     found = []
+    if scale > NOISY:
+        found.append(f'residuals are {scale:.2g} deviations: the model does not come down to the '
+                     'noise, or the search stopped early; the intervals do not hold')
     for i, factor in enumerate(factors):
         if width[i] >= UNKNOWN:
             found.append(f'{factor.key}: the data do not tell it within its range')

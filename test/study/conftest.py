@@ -20,7 +20,7 @@ def client():
     """A cluster in this process."""
     from distributed import Client
     with Client(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=':0',
-                memory_limit=0) as client:
+                memory_limit=0, set_as_default=False) as client:
         yield client
 
 

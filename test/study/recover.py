@@ -65,8 +65,8 @@ def main():
             held += inside
             print(number, inside.astype(int), ' '.join(
                 f'{t:.3g}:{v:.3g}[{a:.3g},{b:.3g}]' for t, v, a, b in zip(
-                    truth, found.value, found.low, found.high)), found.doubts, f'scale {found.scale:.2f}',
-                f'{time.monotonic() - began:.0f} s', flush=True)
+                    truth, found.value, found.low, found.high)), found.doubts,
+                f'scale {found.scale:.2f}, {time.monotonic() - began:.0f} s', flush=True)
         print(f'{held.sum()} of {4 * options.cases} intervals hold the truth: {held}')
         print('one speed:', case(rng, client, (8.0,) * 16)[1].doubts)
 

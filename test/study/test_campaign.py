@@ -6,7 +6,7 @@ from bristle_ros import open_study
 from bristle_ros.scene import SceneError
 from bristle_ros.study import store
 from bristle_ros.study.answer import answer
-from bristle_ros.study.batch import run_batch
+from bristle_ros.study.batch import run_batch, run_scene
 from bristle_ros.study.campaign import carry_out
 from bristle_ros.study.measure import MEASURES
 from bristle_ros.study.page import write_page
@@ -81,6 +81,14 @@ def test_what_is_missing_is_run_and_nothing_else(study_of, client, tmp_path):
     assert table(folder) == wanted
 
 
+def test_another_version_does_not_go_on(study_of, client, tmp_path, monkeypatch):
+    study = study_of(ANGLES.format('sobol', 4))
+    carry_out(study, tmp_path / 'out', client, run=ishigami)
+    monkeypatch.setattr(store, '__version__', '0.0.1')
+    with pytest.raises(SceneError, match=r'begun by version \d.* and this is 0\.0\.1'):
+        store.check(study, tmp_path / 'out', resume=True)
+
+
 @pytest.mark.parametrize(('done', 'missing'), [
     ([], [(0, 4), (4, 8), (8, 10)]), ([(0, 4)], [(4, 8), (8, 10)]),
     ([(4, 8), (8, 9)], [(0, 4), (9, 10)]), ([(0, 10)], []), ([(5, 6)], [(0, 4), (4, 5), (6, 8),
@@ -132,6 +140,24 @@ constraints: ["normal_force_mean > 2.0"]
     best = answer(study, folder, store.table(folder)).best[0]
     assert best['road.penetration'] >= 0.02
     assert best['drive_power'] == pytest.approx(1.0, abs=0.25)
+
+
+def test_a_run_goes_on_until_it_has_settled(study_of):
+    """A free wire that starts to swing settles by its damping; without it is cut."""
+    turns = []
+    for damping in (20.0, 0.0):
+        study = study_of(f"""
+set: {{contact.enabled: false, damping.mass: {damping}, drive.mean_speed: 40.0}}
+vary: {{gravity: [9.81]}}
+turns: auto
+most_turns: 10
+sample: 2.0e-3
+""")
+        row, _ = run_scene(study, study.scene)
+        turns.append(row['turns'])
+        assert row['settled'] == ('yes' if damping else row['settled'])
+    assert turns[0] == 5
+    assert turns[0] <= turns[1] <= 10
 
 
 def test_runs_measures_curves_and_page(study_of, client, tmp_path):
