@@ -102,7 +102,8 @@ class _Trial:
         except StepFailure as failure:
             result.kind, result.reason = 'stopped', str(failure)
         snapshot = self.simulation.snapshot()
-        self.watch.look(snapshot)
+        if not self.watch.wrong:
+            self.watch.look(snapshot)
         wrong += self.watch.wrong
         if wrong:
             result.kind, result.reason = 'wrong', '; '.join([*wrong, result.reason]).rstrip('; ')
