@@ -2,8 +2,8 @@
 A rotating brush of flexible bristles on a road, simulated by beam finite elements, for ROS 2.
 
 Four calls serve scripts: `load(path)` reads a Scene, `build(scene)` makes its Simulation,
-`simulate(...)` runs one to its end, and `open_study(folder)` opens what the verb `study` made. What
-they raise is here too: SceneError (unusable input), StepFailure (it could not go on),
+`simulate(...)` runs one to its end, and `open_study(folder)` opens what the verb `study` made.
+What they raise is here too: SceneError (unusable input), StepFailure (it could not go on),
 CommandRefused, CompilerRefused; RunWarning is what they warn of. All are imported when first asked
 for: `--help` needs no numba.
 """

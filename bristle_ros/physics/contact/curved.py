@@ -91,14 +91,17 @@ def _times(w, row, x, y, z):
 
 
 @jit
-def _solve_in_plane(law, h, tip, w, local, basis, end, d, gap0, gap1):
+def _solve_in_plane(law, h, tip, scratch, basis, end, d, gaps):
     """
     Solve the contact problem in the axes of the step's plane; fill tip[FORCE:] and its state.
 
-    w, local : (3, 3)   compliance in road axes and, to be filled, in the plane's
+    scratch : (9, 16)   in the first rows the compliance in road axes
     basis : two vectors across the step's normal, and that; end : the normal at the step's end
+    d, gaps [m] : (3,), (2,)    displacement over the step; gap at its start and at its end
     Returns whether it could be solved.
     """
+    w, local = scratch[:3], scratch[3:8]
+    gap0, gap1 = gaps
     for col in range(3):
         b1, b2, b3 = basis[col]
         v1, v2, v3 = _times(w, 0, b1, b2, b3), _times(w, 1, b1, b2, b3), _times(w, 2, b1, b2, b3)
@@ -127,12 +130,14 @@ def _solve_in_plane(law, h, tip, w, local, basis, end, d, gap0, gap1):
 
 
 @jit
-def correct_contact(s, chain, tip, elements, law, surface, step, frames, scratch):
+def correct_contact(bristle, law, surface, step, frames, scratch):
     """
-    Solve the contact problem on whatever surface; arguments as for `contact_correction`.
+    Solve the contact problem on whatever surface; returns what `contact_correction` returns.
 
-    surface : Surface or None;  scratch : (9, 16)
+    surface : Surface or None, of the law;  scratch : (9, 16)
     """
+    s, chain, tip = bristle.nodes, bristle.chain, bristle.tip
+    elements = chain.shape[0]
     if surface is None:
         return contact_correction(s, chain, tip, elements, law, step, frames, scratch)
     j, lane = tip_lane(elements)
@@ -157,9 +162,9 @@ def correct_contact(s, chain, tip, elements, law, surface, step, frames, scratch
     compliance(chain[elements - 1], axes, step.gain, middle, end, w)
     n1, n2, n3 = _step_normal(surface, o, d, gap0, gap1, sums)
     a1, a2, a3, b1, b2, b3, _ = across(n1, n2, n3)
-    if not _solve_in_plane(law_on(law, surface.gutter, piece), step.h, tip, w, scratch[3:8],
-                           ((a1, a2, a3), (b1, b2, b3), (n1, n2, n3)), (e1, e2, e3), d, gap0,
-                           gap1):
+    if not _solve_in_plane(law_on(law, surface.gutter, piece), step.h, tip, scratch,
+                           ((a1, a2, a3), (b1, b2, b3), (n1, n2, n3)), (e1, e2, e3), d,
+                           (gap0, gap1)):
         return False
     c1, c2, c3 = tip[FORCE] - g1, tip[FORCE + 1] - g2, tip[FORCE + 2] - g3
     for i in range(3):
@@ -173,8 +178,10 @@ def correct_contact(s, chain, tip, elements, law, surface, step, frames, scratch
 
 
 @jit
-def finish_on_surface(s, j, lane, law, surface, h, end, tip, scratch):
+def finish_on_surface(bristle, law, surface, h, end, scratch):
     """Do what `finish_contact` does, in the plane of the surface where the step ended."""
+    s, tip = bristle.nodes, bristle.tip
+    j, lane = tip_lane(bristle.chain.shape[0])
     if surface is None:
         return finish_contact(s, j, lane, law, h, end, tip)
     if tip[STATE] == OPEN or tip[GAP] > 0.0 and law.stiffness > 0.0:

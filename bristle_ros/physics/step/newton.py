@@ -160,8 +160,8 @@ def find_correction(model, law, bristle, scratch, step):
     add_excess(nodes, mids)
     eliminate(nodes, model.elements, mids, chain)
     if law is not None:
-        solved = correct_contact(nodes, chain, bristle.tip, model.elements, law, law.surface,
-                                 step, scratch.frames, scratch.contact)
+        solved = correct_contact(bristle, law, law.surface, step, scratch.frames,
+                                 scratch.contact)
     return solved
 
 
@@ -251,9 +251,7 @@ def accept(model, law, viscosity, audit, bristle, scratch, step):
     accept_section_forces(nodes, model.blocks)
     tip[TREND] = accept_step(nodes, model.blocks, h, scheme)
     if law is not None:
-        block, lane = tip_lane(model.elements)
-        lost = finish_on_surface(nodes, block, lane, law, law.surface, h, end, tip,
-                                 scratch.contact)
+        lost = finish_on_surface(bristle, law, law.surface, h, end, scratch.contact)
         for i in range(3):
             tip[IMPULSE + i] += h * tip[FORCE + i]
         if audit is not None:
