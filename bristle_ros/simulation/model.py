@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from .surface import surface_of
 
 SHEAR_CORRECTION = 5.0 / 6.0    # rectangle
+CACHE_LINE = 64     # [bytes]
 FILLER = 1e-30      # mass [kg] and inertia [kg m^2] of nodes that only fill the last block
 # local error [bristle lengths] that no step may have, of fixed length or not: a motion that
 # would be resolved worse can gain energy from nowhere (report's campaign: from 1e-3 on)
@@ -140,12 +141,24 @@ def build_model(scene: Scene) -> Model:
         local_error_of(scene, scene.solver.error_tolerance))
 
 
+def _aligned(*shape: int) -> NDArray[np.float64]:
+    """
+    Return zeros of a shape whose first byte is at a multiple of CACHE_LINE.
+
+    numpy gives 16: a vector of eight numbers then lies across two cache lines at each access.
+    """
+    size = math.prod(shape)
+    room = np.zeros(size + CACHE_LINE // 8)
+    first = -room.ctypes.data % CACHE_LINE // 8
+    return room[first:first + size].reshape(shape)
+
+
 def new_scratch(model: Model) -> Scratch:
     """Return the room that kernels work in; threads that share a queue share one's table."""
-    return Scratch(chain_work(), np.zeros((9, 16)), np.zeros((3, FRAME)), np.zeros(FRAME),
-                   np.zeros((2, FRAME)), np.zeros((2, BASICS)),
+    return Scratch(_aligned(chain_work().size), np.zeros((9, 16)), np.zeros((3, FRAME)),
+                   np.zeros(FRAME), np.zeros((2, FRAME)), np.zeros((2, BASICS)),
                    np.zeros((BATCH * PARTS + 1, FRAME)), np.zeros(BATCH * PARTS + 1, np.int64),
-                   np.zeros((model.blocks, BLOCK)),
+                   _aligned(model.blocks, BLOCK),
                    np.zeros(TIP), np.zeros(AUDIT), np.zeros((2 * BATCH + 1, FRAME)),
                    np.zeros(3, np.int64))
 
@@ -208,10 +221,11 @@ def turn_nodes(state: State, angle: float) -> None:
 
 def build_state(scene: Scene, model: Model) -> State:
     """Return the State before the start: straight, at theta = 0, accelerations not filled yet."""
-    nodes = np.tile(straight_nodes(scene, model), (model.bristles, 1, 1))
+    nodes = _aligned(model.bristles, model.blocks, BLOCK)
+    nodes[...] = straight_nodes(scene, model)
     return State(
-        nodes, np.zeros((model.bristles, model.blocks, MIDS)),
-        np.zeros((model.bristles, model.elements, RECORD)),
+        nodes, _aligned(model.bristles, model.blocks, MIDS),
+        _aligned(model.bristles, model.elements, RECORD),
         np.zeros((model.bristles, TIP)), np.zeros((model.bristles, COUNTS), np.int64),
         start_motion(scene), np.zeros(1, np.int64), np.zeros((model.bristles, AUDIT)))
 

@@ -56,3 +56,11 @@ def test_after_a_failure_all_bristles_are_at_the_failed_step(threads):
     assert failure.value.step == simulation.step == 110
     for ours, theirs in zip(state, good.state):
         np.testing.assert_array_equal(ours, theirs)
+
+
+def test_rows_of_lanes_lie_in_cache_lines():
+    simulation = Simulation(bouncing_sweep(its=2e-4, elements=5))
+    arrays = [simulation.state.nodes, simulation.state.mids, simulation.state.chain]
+    for array in arrays:
+        assert array.ctypes.data % 64 == 0
+        assert array.strides[1] % 64 == 0
