@@ -39,7 +39,7 @@ def problems(law, wanted, count=25):
 def test_slip_is_found_quadratically(monkeypatch, name):
     # From 1e-4 off corrections are 1e-4, 1e-8, 1e-16: of a wrong derivative, so much each time
     law = LAWS[name]
-    monkeypatch.setattr(newton, 'NEWTON', 4)
+    monkeypatch.setattr(newton, 'SLIP_ITERATIONS', 4)
     for w, gap0, base, force in problems(law, SLIP):
         start = force * [1.0 + 1e-4, 1.0 - 1e-4, 1.0 + 1e-4]
         assert newton.slip_by_newton(law, H, w, gap0, base, start) == SLIP
@@ -62,7 +62,7 @@ def test_slip_is_not_taken_for_found_while_one_component_still_moves(axis):
 @pytest.mark.parametrize('name', LAWS)
 def test_stick_is_found_quadratically(monkeypatch, name):
     law = LAWS[name]
-    monkeypatch.setattr(newton, 'NEWTON', 4)
+    monkeypatch.setattr(newton, 'SLIP_ITERATIONS', 4)
     for w, gap0, base, force in problems(law, STICK):
         start = force * (1.0 + 1e-4)
         assert newton.stick(law, H, w, gap0, base, start) == STICK
