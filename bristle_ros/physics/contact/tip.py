@@ -9,20 +9,20 @@ from .law import OPEN, STICK, UNSOLVED
 
 # tip record
 FORCE = 0           # 3  on the tip, mean over the last step, road axes [N]
-STATE = 3           # 1  OPEN, SLIP or STICK
-GAP = 4             # 1  at the end of the last step [m]
-IMPULSE = 5         # 3  since the start [N s]
-SLIP_MOVED = 8      # 3  over the last step: slip, slip and change of the gap [m]
-STEP = 11           # 1  length of the last step [s]; 0 before the first
-MATRIX_STEP = 12    # 1  length of the step that the factorised matrix is for; 0: none
-CONTRACTION = 13    # 1  what Newton's second correction is of the first one, last seen
-LEVEL = 14          # 1  of subdivision that the next step starts with
-ESTIMATE = 15       # 1  local error estimate of the last step [m]
-TREND = 16          # 1  part of its last change that A is expected to change by again
-USUAL = 17          # 1  iterations of the first step with the present matrix; 0: none yet
-EXTRA = 18          # 1  iterations beyond those in the steps since
-BEFORE = 19         # 1  gap at the start of the last step [m], not on a level plane
-TIP = 20
+STATE = FORCE + 3   # 1  OPEN, SLIP or STICK
+GAP = STATE + 1     # 1  at the end of the last step [m]
+IMPULSE = GAP + 1   # 3  since the start [N s]
+SLIP_MOVED = IMPULSE + 3  # 3  over the last step: slip, slip and change of the gap [m]
+STEP = SLIP_MOVED + 3  # 1  length of the last step [s]; 0 before the first
+MATRIX_STEP = STEP + 1  # 1  length of the step that the factorised matrix is for; 0: none
+CONTRACTION = MATRIX_STEP + 1  # 1  what Newton's second correction is of the first one, last seen
+LEVEL = CONTRACTION + 1  # 1  of subdivision that the next step starts with
+ESTIMATE = LEVEL + 1  # 1  local error estimate of the last step [m]
+TREND = ESTIMATE + 1  # 1  part of its last change that A is expected to change by again
+USUAL = TREND + 1   # 1  iterations of the first step with the present matrix; 0: none yet
+EXTRA = USUAL + 1   # 1  iterations beyond those in the steps since
+BEFORE = EXTRA + 1  # 1  gap at the start of the last step [m], not on a level plane
+TIP = BEFORE + 1
 
 
 @jit

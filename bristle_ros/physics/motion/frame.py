@@ -19,19 +19,19 @@ from .drive import approach_at, profile_at, RAMP, ramp_at
 
 # frame record
 ROTATION = 0        # 9  brush axes to road axes, row by row
-SPIN = 9            # 3  Omega [rad/s], brush axes
-SPIN_RATE = 12      # 3  its rate [rad/s^2], brush axes
-GRAVITY = 15        # 3  gravity minus the mount's acceleration [m/s^2], brush axes
-VELOCITY = 18       # 3  of the mount centre over the surface [m/s], road axes
-HEIGHT = 21         # 1  of the mount centre over the road plane [m]
-HEIGHT_RATE = 22    # 1
-THETA = 23          # 1  exact angle, speed of the brush, whatever the load steps are
-OMEGA = 24          # 1
-DRAG_SPIN = 25      # 1  speed about z of the brush, seen from this frame: 0 where it turns along
-DRAG_RATE = 26      # 1  its rate
-CLAMP = 27          # 7  position and quaternion of the clamped node
-PLACE = 34          # 2  of the mount centre in the surface's axes, x and y [m]; see path.py
-FRAME = 36
+SPIN = ROTATION + 9  # 3  Omega [rad/s], brush axes
+SPIN_RATE = SPIN + 3  # 3  its rate [rad/s^2], brush axes
+GRAVITY = SPIN_RATE + 3  # 3  gravity minus the mount's acceleration [m/s^2], brush axes
+VELOCITY = GRAVITY + 3  # 3  of the mount centre over the surface [m/s], road axes
+HEIGHT = VELOCITY + 3  # 1  of the mount centre over the road plane [m]
+HEIGHT_RATE = HEIGHT + 1  # 1
+THETA = HEIGHT_RATE + 1  # 1  exact angle, speed of the brush, whatever the load steps are
+OMEGA = THETA + 1   # 1
+DRAG_SPIN = OMEGA + 1  # 1  speed about z of the brush, seen from here: 0 where it turns along
+DRAG_RATE = DRAG_SPIN + 1  # 1  its rate
+CLAMP = DRAG_RATE + 1  # 7  position and quaternion of the clamped node
+PLACE = CLAMP + 7   # 2  of the mount centre in the surface's axes, x and y [m]; see path.py
+FRAME = PLACE + 2
 
 # motion: ramps of mean speed, yaw rate, penetration and sweeper velocity, and the approach
 SPEED = 0

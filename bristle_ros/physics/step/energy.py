@@ -16,12 +16,12 @@ from bristle_ros.physics.wire import (clamp_reaction, HV, INERTIA, LANES, MASS, 
                                       WEIGHT, X, X0)
 
 DISSIPATED = 0
-WORK = 1
+WORK = DISSIPATED + 1
 INJECTED = 2    # the most that contact put into the bristle in a step, beyond the road's work
-REACTION = 3    # 6  the clamp's force and moment at the end of the last step, brush axes
-STRESS_MIN = 9  # 4  stress at the clamp's corners since the last sample: see stress.py
-STRESS_MAX = 13 # 4
-AUDIT = 17
+REACTION = INJECTED + 1    # 6  the clamp's force, moment at the end of the last step, brush axes
+STRESS_MIN = REACTION + 6  # 4  stress at the clamp's corners since the last sample: see stress.py
+STRESS_MAX = STRESS_MIN + 4  # 4
+AUDIT = STRESS_MAX + 4
 
 
 @jit

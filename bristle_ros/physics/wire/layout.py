@@ -18,52 +18,53 @@ LANES = 2 * ELEMENTS    # of a row
 
 # node rows, now
 X = 0           # 3  position [m], brush axes
-Q = 3           # 4  orientation, unit quaternion w, x, y, z: section axes to brush axes
+Q = X + 3       # 4  orientation, unit quaternion w, x, y, z: section axes to brush axes
 # node rows, at the start of the step
-X0 = 7          # 3
-Q0 = 10         # 4
-V0 = 14         # 3  velocity relative to the brush frame [m/s], brush axes
-W0 = 17         # 3  angular velocity relative to the brush frame [rad/s], section axes
-A0 = 20         # 6  the integrator's own acceleration (three linear, three angular)
-ACC0 = 26       # 6  the acceleration that the equation of motion gives
-JUMP = 140      # 6  change of A0 over the last step
+X0 = Q + 4      # 3
+Q0 = X0 + 3     # 4
+V0 = Q0 + 4     # 3  velocity relative to the brush frame [m/s], brush axes
+W0 = V0 + 3     # 3  angular velocity relative to the brush frame [rad/s], section axes
+A0 = W0 + 3     # 6  the integrator's own acceleration (three linear, three angular)
+ACC0 = A0 + 6   # 6  the acceleration that the equation of motion gives
 # node rows, within the step
-HA = 32         # 6  acceleration = ca * increment - HA
-HV = 38         # 6  velocity = cv * increment + HV
-R = 44          # 6  residual force and moment, section axes
-NODE_FORCE = 50      # 3  internal force [N], brush axes
-TORQUE = 53     # 4  internal moment as a quaternion: moment = Im(conj(Q) TORQUE) [N m]
-MASS = 57       # 1  [kg]
-INERTIA = 58    # 3  [kg m^2], section axes
+HA = ACC0 + 6   # 6  acceleration = ca * increment - HA
+HV = HA + 6     # 6  velocity = cv * increment + HV
+R = HV + 6      # 6  residual force and moment, section axes
+NODE_FORCE = R + 6   # 3  internal force [N], brush axes
+TORQUE = NODE_FORCE + 3  # 4  internal moment as a quaternion: moment = Im(conj(Q) TORQUE) [N m]
+MASS = TORQUE + 4  # 1  [kg]
+INERTIA = MASS + 1  # 3  [kg m^2], section axes
 # left rows
-LX = 61         # 3
-LQ = 64         # 4
-LFORCE = 68     # 3
-LTORQUE = 71    # 4
-LR = 134        # 6  residual passed on to the left corner, then its increment; in lanes 4-7 what
-#                      the excess of the section force adds to it
+LX = INERTIA + 3  # 3
+LQ = LX + 3     # 4
+LFORCE = LQ + 4  # 3
+LTORQUE = LFORCE + 3  # 4
 # point rows
-P = 75          # 4  interpolated quaternion, not of unit length
-DP = 79         # 4  its derivative along the bristle [1/m]
-DX = 83         # 3  derivative of the position
-WEIGHT = 86     # 1  quadrature weight [m]; 0 for a filler
-STRAIN = 87     # 6  elongation, two shears, twist and two curvatures [1/m]
-STRESS = 93     # 6  section force [N] and moment [N m], section axes
-STRESS0 = 99    # 6  the part of it that is constant within the step
-PF = 105        # 3  weighted section force, brush axes
-PG = 108        # 4  weighted rotation terms of the virtual work
-PM = 112        # 4
+P = LTORQUE + 4  # 4  interpolated quaternion, not of unit length
+DP = P + 4      # 4  its derivative along the bristle [1/m]
+DX = DP + 4     # 3  derivative of the position
+WEIGHT = DX + 3  # 1  quadrature weight [m]; 0 for a filler
+STRAIN = WEIGHT + 1  # 6  elongation, two shears, twist and two curvatures [1/m]
+STRESS = STRAIN + 6  # 6  section force [N] and moment [N m], section axes
+STRESS0 = STRESS + 6  # 6  the part of it that is constant within the step
+PF = STRESS0 + 6  # 3  weighted section force, brush axes
+PG = PF + 3     # 4  weighted rotation terms of the virtual work
+PM = PG + 4     # 4
 # point rows of the strain-rate recursion (Kelvin-Voigt damping)
-STRAIN0 = 116   # 6
-RATE0 = 122     # 6
-RATEACC0 = 128  # 6
+STRAIN0 = PM + 4  # 6
+RATE0 = STRAIN0 + 6  # 6
+RATEACC0 = RATE0 + 6  # 6
+# a left row, and a node row at the start of the step
+LR = RATEACC0 + 6  # 6  residual passed on to the left corner, then its increment; in lanes 4-7
+#                      what the excess of the section force adds to it
+JUMP = LR + 6   # 6  change of A0 over the last step
 # point rows of the section force as an unknown of its own (section_force.py)
-SECTION_FORCE0 = 146    # 3  [N] at the start of the step, section axes
-SECTION_FORCE = 149     # 3  now
-EXCESS = 152    # 3  what the strain would make of it, less what it is
+SECTION_FORCE0 = JUMP + 6  # 3  [N] at the start of the step, section axes
+SECTION_FORCE = SECTION_FORCE0 + 3  # 3  now
+EXCESS = SECTION_FORCE + 3  # 3  what the strain would make of it, less what it is
 # point rows, where the clamp is driven along a polygon
-STRAIN_BEFORE = 155     # 6  at the start of the integration step, sub-steps or not
-ROWS = 161
+STRAIN_BEFORE = EXCESS + 3  # 6  at the start of the integration step, sub-steps or not
+ROWS = STRAIN_BEFORE + 6
 BLOCK = ROWS * LANES
 
 
