@@ -34,10 +34,10 @@ KERNELS = ROOT / 'bristle_ros' / 'physics'
 BEAM, FORCE, MOTION, CONTACT = (
     'test/physics/wire/test_beam.py', 'test/physics/wire/test_section_force.py',
     'test/physics/motion', 'test/physics/contact/test_bracket.py')
-STEPS, COSTS, HALVES, STATIC = (f'test/physics/interpreted/test_{name}.py' for name in (
-    'motion', 'costs', 'substeps', 'equilibrium'))
+STEPS, COSTS, HALVES, STATIC, CURVED = (f'test/physics/interpreted/test_{name}.py' for name in (
+    'motion', 'costs', 'substeps', 'equilibrium', 'curved'))
 INTERPRETED = {
-    'contact': (COSTS, STEPS, CONTACT, HALVES, STATIC, BEAM, FORCE, MOTION),
+    'contact': (COSTS, STEPS, CONTACT, CURVED, HALVES, STATIC, BEAM, FORCE, MOTION),
     'motion': (MOTION, STEPS, HALVES, STATIC, COSTS, BEAM, FORCE, CONTACT),
     'step': (STEPS, COSTS, HALVES, STATIC, FORCE, BEAM, MOTION, CONTACT),
     'wire': (BEAM, FORCE, STEPS, COSTS, HALVES, STATIC, MOTION, CONTACT)}
