@@ -32,6 +32,7 @@ class Page:
         end = time.monotonic() + LIMIT
         while not condition():
             self.look()
+            assert self.status.state != 'ended' or condition(), f'{what}: {self.status}'
             assert time.monotonic() < end, f'{what}: not within {LIMIT} s: {self.status}'
             time.sleep(0.01)
 
