@@ -7,6 +7,7 @@ import threading
 
 from bristle_ros.scene import SceneError
 
+INTERRUPTED = 130   # what a shell expects of a command that ended by Ctrl-C
 _SIGNALS = [getattr(signal, name) for name in ('SIGINT', 'SIGTERM', 'SIGHUP')
             if hasattr(signal, name)]
 
@@ -78,6 +79,19 @@ def check_new(path, key='--output', *, overwrite=False):
     if not overwrite and os.path.lexists(path):
         raise SceneError('exists already: name another place, or give --overwrite', key=key,
                          value=str(path))
+
+
+def check_place(output, formats, *, overwrite=False):
+    """Return the path of a file to be written; raise SceneError for one that cannot be."""
+    path = Path(output).expanduser()
+    if path.suffix not in formats:
+        raise SceneError(f'must end in one of {", ".join(formats)}', key='--output',
+                         value=str(output))
+    if not path.parent.is_dir():
+        raise SceneError(f'there is no directory {str(path.parent)!r}: make it first',
+                         key='--output', value=str(output))
+    check_new(path, overwrite=overwrite)
+    return path
 
 
 def partial(path):

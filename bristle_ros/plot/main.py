@@ -4,8 +4,7 @@ import math
 from pathlib import Path
 import sys
 
-from bristle_ros.command_line import check_new, Parser, WholeFile
-from bristle_ros.scene import SceneError
+from bristle_ros.command_line import check_place, Parser, WholeFile
 
 FORMATS = ('.png', '.pdf', '.svg')
 
@@ -29,14 +28,7 @@ def plot(path, output=None, *, begin=0.0, end=math.inf, overwrite=False):
     Raises SceneError.
     """
     overwrite = overwrite or not output
-    output = Path(output).expanduser() if output else default_output(path)
-    if output.suffix not in FORMATS:
-        raise SceneError(f'must end in one of {", ".join(FORMATS)}', key='--output',
-                         value=str(output))
-    if not output.parent.is_dir():
-        raise SceneError(f'there is no directory {str(output.parent)!r}: make it first',
-                         key='--output', value=str(output))
-    check_new(output, overwrite=overwrite)
+    output = check_place(output or default_output(path), FORMATS, overwrite=overwrite)
     from .series import read
     series = read(path, begin, end)
     from .page import draw  # matplotlib: only when there is something to draw

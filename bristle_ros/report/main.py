@@ -5,13 +5,12 @@ import shlex
 import sys
 import time
 
-from bristle_ros.command_line import check_range, Parser, StopSignals
+from bristle_ros.command_line import check_range, INTERRUPTED, Parser, StopSignals
 from bristle_ros.log import provenance
 from bristle_ros.scene import SceneError
 
 from .parts import PARTS
 
-INTERRUPTED = 130       # what a shell expects of a command that ended by Ctrl-C
 PEERS = ('exudyn', 'mujoco')
 
 

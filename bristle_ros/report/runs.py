@@ -42,7 +42,11 @@ def run(scene, duration, *, sample=SAMPLE):
 def prepare_run(scene, duration, clock=time.perf_counter):
     """Build a scene; return a function that runs it from its start and returns its wall time."""
     from bristle_ros.simulation import Simulation
-    simulation = Simulation(scene)
+    return timed(Simulation(scene), duration, clock)
+
+
+def timed(simulation, duration, clock=time.perf_counter):
+    """Return a function that runs a simulation from its start and returns its wall time [s]."""
     count = round(duration / simulation.its)
 
     def again():

@@ -5,6 +5,7 @@ import signal
 import sys
 import threading
 
+from bristle_ros.command_line import INTERRUPTED
 from bristle_ros.scene import SceneError
 
 from . import store
@@ -16,7 +17,6 @@ from .study_file import GENERATION
 BATCH = 10.0            # [s] a batch should last: Dask is slow at millions of short tasks
 LARGEST = 4096          # rows of a batch
 PROBED = 3              # runs that are timed beforehand
-INTERRUPTED = 130
 
 
 class Stop:

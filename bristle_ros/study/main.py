@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 import sys
 
-from bristle_ros.command_line import Parser
+from bristle_ros.command_line import INTERRUPTED, Parser
 from bristle_ros.scene import SceneError, to_yaml
 
 
@@ -54,7 +54,7 @@ def main(arguments):
 
 def _run(study, folder, options):
     from . import store
-    from .campaign import carry_out, INTERRUPTED
+    from .campaign import carry_out
     from .cluster import ClusterLost, open_cluster
     from .page import write_page
     store.check(study, folder, resume=options.resume)   # before a cluster is started

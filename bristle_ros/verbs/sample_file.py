@@ -1,9 +1,8 @@
 """Samples of an offline run as arrays, as an .npz file, as a table, or as a log."""
 import csv
 import os
-from pathlib import Path
 
-from bristle_ros.command_line import check_new, partial, Undisturbed, WholeFile
+from bristle_ros.command_line import check_new, check_place, partial, Undisturbed, WholeFile
 from bristle_ros.scene import SceneError
 from bristle_ros.simulation import ACCOUNTED, NPZ_ARRAYS
 
@@ -171,15 +170,7 @@ class _LogFile:
 
 def check_output(output, *, overwrite=False):
     """Return the path; raise SceneError for one that cannot be, before time is spent on a run."""
-    path = Path(output).expanduser()
-    if path.suffix not in FORMATS:
-        raise SceneError(f'must end in one of {", ".join(FORMATS)}', key='--output',
-                         value=str(output))
-    if not path.parent.is_dir():
-        raise SceneError(f'there is no directory {str(path.parent)!r}: make it first',
-                         key='--output', value=str(output))
-    check_new(path, overwrite=overwrite)
-    return path
+    return check_place(output, FORMATS, overwrite=overwrite)
 
 
 def open_output(output, run, arrays, overwrite):

@@ -8,7 +8,7 @@ import time
 from typing import TYPE_CHECKING
 import warnings
 
-from bristle_ros.command_line import add_scene, load_scene, Parser, StopSignals
+from bristle_ros.command_line import add_scene, INTERRUPTED, load_scene, Parser, StopSignals
 from bristle_ros.scene import load, Scene, SceneError, steps
 
 from .sample_file import (check_output, chosen_arrays, open_output, SampleArrays,
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     Place: TypeAlias = str | os.PathLike[str]
 
-INTERRUPTED = 130       # what a shell expects of a command that ended by Ctrl-C
 PATIENCE = 1.0          # [s] a run may last before it shows its progress
 
 

@@ -6,7 +6,7 @@ import tempfile
 import time
 
 from bristle_ros.report.precision.subjects import scene_of
-from bristle_ros.report.runs import prepare_run
+from bristle_ros.report.runs import prepare_run, timed
 from bristle_ros.scene import load, steps
 
 from .features import changed, STEP
@@ -28,15 +28,7 @@ def prepare(keys, around, duration):
         return _prepare_driver(keys, around, duration)
     if around != 'energies':
         return prepare_run(scene(keys), duration)
-    simulation = Simulation(scene(keys), energies=True)
-    count = round(duration / simulation.its)
-
-    def again():
-        simulation.reset()
-        began = time.perf_counter()
-        simulation.advance(count)
-        return time.perf_counter() - began
-    return again
+    return timed(Simulation(scene(keys), energies=True), duration)
 
 
 def _prepare_driver(keys, around, duration):
@@ -125,15 +117,7 @@ def prepare_broom(threads, duration):
     from bristle_ros.simulation import Simulation
     if not (CONFIG / BROOM).is_file():
         raise RuntimeError(f'no {BROOM} beside the package: run it from a checkout')
-    simulation = Simulation(load(CONFIG / BROOM), threads=threads)
-    count = round(duration / simulation.its)
-
-    def again():
-        simulation.reset()
-        began = time.perf_counter()
-        simulation.advance(count)
-        return time.perf_counter() - began
-    return again
+    return timed(Simulation(load(CONFIG / BROOM), threads=threads), duration)
 
 
 def start_up(keys, around):
