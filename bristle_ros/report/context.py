@@ -15,7 +15,7 @@ class Context(NamedTuple):
     quick: bool
     drawn: int              # cases of the campaign that are drawn at random
     seed: int
-    wall_limit: float       # [s] of one case of the campaign
+    case_limit: float       # [s] of one case of the campaign
     crew: Crew              # for what is not timed
     timer: Timer
     progress: object        # Progress

@@ -32,8 +32,9 @@ def _parse(arguments):
                         help='of the randomly drawn campaign cases; default: the clock')
     parser.add_argument('--drawn', type=int, metavar='N',
                         help='how many cases are drawn; default 1000, with --quick 24')
-    parser.add_argument('--wall-limit', type=float, default=20.0, metavar='S',
-                        help='of one campaign case; default 20, with --quick at most 3')
+    parser.add_argument('--case-limit', type=float, default=20.0, metavar='S',
+                        help='processor time of one campaign case; default 20, with --quick at '
+                        'most 3')
     parser.add_argument('--repeats', type=int, metavar='N',
                         help='rounds of timing; default 7, with --quick 3')
     options = parser.parse_args(arguments)
@@ -44,10 +45,10 @@ def _parse(arguments):
     if options.seed is None:
         options.seed = int(time.time())
     for name, low, high in (('repeats', 1, 1000), ('drawn', 0, 100_000), ('seed', 0, 2**63),
-                            ('wall-limit', 0.01, 86400.0)):
+                            ('case-limit', 0.01, 86400.0)):
         check_range(options, name, low, high)
     if options.quick:
-        options.wall_limit = min(options.wall_limit, 3.0)
+        options.case_limit = min(options.case_limit, 3.0)
     return options
 
 
@@ -64,7 +65,7 @@ def _about(arguments, options):
     return {'command': shlex.join(['python3', '-m', 'bristle_ros', 'report', *arguments]),
             'date': time.strftime('%Y-%m-%d %H:%M UTC', time.gmtime()), 'quick': options.quick,
             'repeats': options.repeats, 'drawn': options.drawn, 'seed': options.seed,
-            'wall_limit': options.wall_limit, 'cores': os.cpu_count() or 1,
+            'case_limit': options.case_limit, 'cores': os.cpu_count() or 1,
             'machine': provenance()}
 
 
@@ -80,7 +81,7 @@ def _measure(results, names, options):
     try:
         with StopSignals(), crew(len(cores())) as workers, timer(options.repeats,
                                                                  progress) as clock:
-            context = Context(options.quick, options.drawn, options.seed, options.wall_limit,
+            context = Context(options.quick, options.drawn, options.seed, options.case_limit,
                               workers, clock, progress)
             for name in names:
                 progress.part(name)

@@ -7,7 +7,7 @@ import numpy as np
 
 FORMAT = 1
 COUNTED = ('name', 'kind', 'drawn', 'reason', 'newton', 'steps', 'worst_step_newton',
-           'worst_step_s')
+           'worst_step_s', 'warnings')
 
 
 def clean(value):
@@ -50,5 +50,6 @@ def kept(results):
              for name, data in results['parts'].items() if name != 'estimate'}
     if 'stability' in parts:    # what is counted and shown of each case
         parts['stability'] = {**parts['stability'], 'cases': [
-            {key: row[key] for key in COUNTED} for row in parts['stability']['cases']]}
+            {key: row[key] for key in COUNTED if key in row}
+            for row in parts['stability']['cases']]}
     return {**results, 'parts': parts}

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from .model import (new_scratch as new_scratch, viscosity_of as viscosity_of,
                         WORST_ERROR as WORST_ERROR)
     from .mount_path import MountPath as MountPath, Pose as Pose
+    from .polygon import load_steps as load_steps, ring_of as ring_of
     from .run_warnings import (QUANTITIES as QUANTITIES, RunWarning as RunWarning,
                                RunWatch as RunWatch)
     from .simulation import Simulation as Simulation, StepFailure as StepFailure
@@ -20,6 +21,7 @@ __getattr__, __dir__ = lazily(__name__, {
     'equilibrium': ['static_equilibrium'],
     'model': ['new_scratch', 'viscosity_of', 'WORST_ERROR'],
     'mount_path': ['MountPath', 'Pose'],
+    'polygon': ['load_steps', 'ring_of'],
     'run_warnings': ['QUANTITIES', 'RunWarning', 'RunWatch'],
     'simulation': ['Simulation', 'StepFailure'],
     'snapshot': ['ACCOUNTED', 'NPZ_ARRAYS', 'Snapshot'],

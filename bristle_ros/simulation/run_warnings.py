@@ -11,6 +11,7 @@ from bristle_ros.scene import Scene
 import numpy as np
 
 from .batch_means import BatchMean
+from .polygon import load_steps, ring_of
 from .snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ BESIDE = 1e-6           # [m] that a wire may be below road and tip
 FEW_ELEMENTS = 6
 SPLIT_SHARE = 0.05      # of fixed steps, in sub-steps
 FINEST_SHARE = 0.01     # of all steps, down to the finest sub-steps
+STILL_RINGING = 0.1     # of a jump at a polygon's corner, when the next corner comes
 QUANTITIES = (('normal force', 'N'), ('drive torque', 'N m'), ('drive power', 'W'))
 
 
@@ -65,7 +67,7 @@ class RunWatch:
     def restart(self, t: float) -> None:
         """Forget what was; the scene starts again at t [s]."""
         self._start = self._before = t
-        self._impulse = 0.0
+        self._impulse = self._speed = 0.0       # [N s], the largest brush speed [rad/s]
         # while the road comes up nothing can have settled
         self._begin = t + (self._scene.road.approach_time if self._touches else 0.0)
         self.window = (self._begin, self._begin)    # [s] over which means are taken
@@ -85,6 +87,7 @@ class RunWatch:
                 self.window = (self._before, t)
             self.window = (self.window[0], t)
         self._before, self._impulse = t, impulse
+        self._speed = max(self._speed, abs(snapshot.omega))
         for i, value in enumerate(np.maximum.reduce(snapshot.worst).tolist()):
             if value > self._worst[i].value:
                 self._worst[i] = _Worst(value, t, int(snapshot.worst[:, i].argmax()))
@@ -99,8 +102,9 @@ class RunWatch:
         ended : bool    False while the run goes on: that nothing touched is said only after the
                         approach and a turn of the brush
         """
-        found = (self._wire_in_road(), self._tip_in_road(), self._yield(), self._never(ended),
-                 self._not_settled(), self._split(), self._finest(), self._coarse())
+        found = (self._wire_in_road(), self._tip_in_road(), self._yield(), self._polygon(),
+                 self._never(ended), self._not_settled(), self._split(), self._finest(),
+                 self._coarse())
         return [warning for warning in found if warning is not None]
 
     def _wire_in_road(self) -> RunWarning | None:
@@ -132,6 +136,23 @@ class RunWatch:
             f'{worst.value * 1e-6:.4g} MPa, at t = {worst.t:.6g} s, above bristle.yield_stress = '
             f'{limit * 1e-6:.4g} MPa: a real wire would stay bent; less road.penetration, a lower '
             'drive speed or a thinner wire would do', True)
+
+    def _polygon(self) -> RunWarning | None:
+        every, solver = load_steps(self._scene), self._scene.solver
+        jump = self._scene.brush.mount_radius * self._speed ** 2 * solver.time_step
+        if not every or jump == 0.0:
+            return None
+        ring = ring_of(self._simulation.model.scheme, every, 1 + self._simulation.step // every)
+        left = abs(float(ring.at[-1]))
+        acts = left > STILL_RINGING
+        rest = (f'{100.0 * left:.3g} % of a jump are left at the next corner' if acts else
+                f'after {ring.lasts} of {every} steps less than 1 % is left')
+        return RunWarning(
+            'polygon corners', f'at each corner of the polygon (solver.time_step = '
+            f'{solver.time_step:.6g} s) the speed of the clamp jumps by up to {jump:.3g} m/s, '
+            f'{100.0 * abs(ring.at[0]):.3g} % too far in the first step, and {rest}: forces and '
+            "energies of these steps are the integrator's; solver.time_step: 0.0 or load_case: "
+            'inertia would do', acts)
 
     def _never(self, ended: bool) -> RunWarning | None:
         lasted = self._before - self._start

@@ -28,7 +28,7 @@ BASES = {
         'contact.enabled': False, 'damping.mass': 0.0, 'drive.mean_speed': 150 * RPM,
         'drive.alternating_speed': 4 * RPM},
 }
-STEPS = 1_500_000    # of one case: what its wall limit lets it do on most machines
+STEPS = 1_500_000    # of one case: what its limit lets it do on most machines
 OF_CONTACT = ('contact.', 'friction.', 'road.', 'sweeper.')
 
 # Parameter: the values it takes, in scene units; the first is the mildest.

@@ -12,7 +12,7 @@ def drawn(seed, count, duration=0.5, limit=20.0):
     Return `count` cases drawn at random: each changes two to six things of a base.
 
     On top of that, and each by itself: load case, integrator, load steps longer than ITS,
-    commands within their limits, and a reset. What would last longer than the wall limit [s] is
+    commands within their limits, and a reset. What would last longer than its limit [s] is
     shorter: on most machines no case is cut off.
     """
     draw = random.Random(seed)

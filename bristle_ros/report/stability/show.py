@@ -1,4 +1,5 @@
 """The campaign, shown: counts, the bound on the rate of wrong, causes, and a map of the cases."""
+from collections import Counter
 from html import escape
 import math
 
@@ -53,7 +54,7 @@ def problem_of(data):
     kinds = count_kinds(data['cases'])
     total = sum(kinds.values())
     texts = [f'{kinds[kind]} of {total} cases {words}' for kind, words in (
-        ('wrong', 'are wrong'), ('cut', 'were cut off by the wall limit')) if kinds[kind]]
+        ('wrong', 'are wrong'), ('cut', 'were cut off by the limit')) if kinds[kind]]
     if not kinds['finished'] + kinds['stopped']:
         texts.append(f'none of {total} cases ran to its end')
     return ', '.join(texts)
@@ -82,7 +83,7 @@ def _counts(rows):
 
 def _causes(rows):
     """Return the rows that did not finish, with a cause each, the worst kind first."""
-    odd = [row for row in rows if row['kind'] in ('wrong', 'stopped', 'refused')]
+    odd = [row for row in rows if row['kind'] in ('wrong', 'stopped', 'cut', 'refused')]
     return sorted(odd, key=lambda row: KINDS[::-1].index(row['kind']))
 
 
@@ -124,7 +125,8 @@ def case_map(rows):
 
 COLUMNS = {
     'name': 'case', 'kind': 'what became of it', 'reason': 'cause', 'reached': 'simulated [s]',
-    'duration': 'asked for [s]', 'wall': 'wall time of stepping [s]', 'steps': 'steps',
+    'duration': 'asked for [s]', 'spent': 'processor time of stepping [s]',
+    'warnings': 'warnings of the run', 'steps': 'steps',
     'newton': 'Newton iterations', 'substeps': 'sub-steps',
     'worst_step_newton': 'most iterations in a step', 'worst_step_s': 'longest call [s]',
     'energy_gain': 'energy from nowhere, share', 'energy_loss': 'energy lost, share',
@@ -144,8 +146,8 @@ def show(page, data, results):
                  'alone: finite values; energy balance; friction inside its cone and a road that '
                  'only pushes; the contact force that the penetration explains; a rigid road not '
                  'entered; the bristle as long as its loads make it.')
-    page.says(f'{summary(data)}. Seed {data["seed"]}, at most {data["wall_limit"]:g} s of wall '
-              'time each.')
+    page.says(f'{summary(data)}. Seed {data["seed"]}, at most {data["case_limit"]:g} s of a '
+              'processor each.')
     problem = problem_of(data)
     if problem:
         page.says(f'Not a pass: {problem}.', marked=True)
@@ -153,13 +155,18 @@ def show(page, data, results):
         worst = max(rows, key=lambda row: row['worst_step_newton'])
         page.says(f'Most iterations in one step: {worst["worst_step_newton"]} ({worst["name"]}); '
                   f'longest call {max(row["worst_step_s"] for row in rows):.2g} s.')
+    warned = Counter(kind for row in rows for kind in (row.get('warnings') or '').split(', '))
+    del warned['']
+    if warned:
+        page.says('Cases that warned of their own results: ' + ', '.join(
+            f'{kind} {count}' for kind, count in warned.most_common()) + '.')
     page.table('campaign_counts', list(_counts(rows)), {
         'cases': 'cases', 'count': 'count', **{kind: kind for kind in KINDS},
         'bound': 'rate of wrong, upper bound with 95 % confidence [%]'},
         'What became of the cases; the bound is that of Clopper and Pearson.')
     page.table('campaign_not_finished', _causes(rows), {
         'name': 'case', 'kind': 'what became of it', 'reason': 'cause'},
-        'Cases that were stopped, refused or wrong, with the line that each gave.')
+        'Cases that were stopped, cut off, refused or wrong, and why.')
     page.fold('Map of all cases: value and Newton iterations per step')
     page.raw(case_map(rows))
     page.unfold()
