@@ -47,7 +47,7 @@ setup(
         # Python 3.11 or newer
         'study': ['dask', 'distributed', 'optuna>=4', 'pandas', 'plotly>=6', 'pyarrow', 'rainflow',
                   'SALib>=1.5', 'scipy>=1.15', 'xarray', 'zarr>=3'],
-        'test': ['hypothesis', 'mcap-ros2-support', 'mypy', 'pytest', 'ruff', 'selenium'],
+        'test': ['hypothesis', 'mcap-ros2-support', 'mypy', 'pytest', 'ruff', 'scipy', 'selenium'],
         'view': ['viser>=1.1,<2'],
     },
     zip_safe=False,

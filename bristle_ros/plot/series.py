@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bristle_ros.messages import command_types, decode_diagnostics, TOPICS
-from bristle_ros.scene import SceneError
+from bristle_ros.scene import SceneError, start_speed
 import numpy as np
 
 _TOPICS = {topic.name: topic for topic in TOPICS}
@@ -148,7 +148,7 @@ def _about(scene):
     wires = brush.bristle_count * brush.wires_per_bristle
     road = (f'penetration {scene.road.penetration * 1e3:.4g} mm' if scene.contact.enabled
             else 'no road')
-    return (f'{wires} wire{"s" if wires > 1 else ""}, {drive.mean_speed * 30 / math.pi:.4g} rpm '
+    return (f'{wires} wire{"s" if wires > 1 else ""}, {start_speed(drive) * 30 / math.pi:.4g} rpm '
             f'at the start, {road}, step {scene.solver.integration_time_step * 1e3:.4g} ms')
 
 

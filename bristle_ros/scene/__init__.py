@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from .sections import (Bristle as Bristle, Brush as Brush, Contact as Contact,
                            Damping as Damping, Drive as Drive, Friction as Friction, Road as Road,
                            Run as Run, Solver as Solver, Sweeper as Sweeper)
+    from .drive_table import (speed_table as speed_table,
+                              start_speed as start_speed)
     from .surface import (cross_section as cross_section, Gutter as Gutter, Piece as Piece,
                           Profile as Profile)
 
@@ -28,5 +30,6 @@ __getattr__, __dir__ = lazily(__name__, {
               'to_parameters', 'to_yaml', 'with_contents'],
     'sections': ['Bristle', 'Brush', 'Contact', 'Damping', 'Drive', 'Friction', 'Road', 'Run',
                  'Solver', 'Sweeper'],
+    'drive_table': ['speed_table', 'start_speed'],
     'surface': ['cross_section', 'Gutter', 'Piece', 'Profile'],
 })

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .error import SceneError, spell
-from .profile_file import read_profile
+from .points_file import PROFILE, read_points
 from .surface import Profile
 
 STEEPEST = math.radians(80.0)
@@ -37,7 +37,7 @@ class Spline(NamedTuple):
 
 def spline(profile: Profile) -> Spline:
     """Return the spline through the points of the profile's file; raise SceneError."""
-    x, z = read_profile(profile.file)
+    x, z = read_points(profile.file, PROFILE)
     # tridiagonal: h_i-1 b_i-1 + 2 (h_i-1 + h_i) b_i + h_i b_i+1 = 6 (slope_i - slope_i-1)
     step = np.diff(x)
     right = 6.0 * np.diff(np.diff(z) / step)

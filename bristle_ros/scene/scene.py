@@ -18,7 +18,7 @@ from .key import Key, key_of, number
 from .names import full_name, matches, ros_arguments, split_override
 from .parameter_file import Entry, read_file, read_text
 from .sections import (Bristle, Brush, Contact, Damping, Drive, Friction, Log, Road, Run,
-                       SceneSection, Solver, Sweeper)
+                       SceneSection, Solver, Sweeper, WITH_TABLE)
 from .surface import check_surface, Gutter, Profile
 
 __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Friction', 'Damping',
@@ -30,7 +30,7 @@ __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Fricti
 # Parameters that every ROS 2 node has beside its own.
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
 _NODE = 'brush_node'
-_FILES = ('profile.file',)      # keys that name a file
+_FILES = ('profile.file', 'drive.file')     # keys that name a file
 Parameter: TypeAlias = float | bool | str | list[float]
 Given: TypeAlias = dict[str, tuple[object, str]]    # dotted key to value, and what gave it
 LONGEST = 2.0**31 - 1.0     # [s] of simulated time: what a stamp of ROS holds
@@ -77,6 +77,9 @@ def _check_combinations(scene: Scene) -> None:
     if contact.enabled:
         check_surface(scene.gutter, scene.profile)
         _check_gutter_friction(scene)
+    if drive.profile == 'table':
+        from .drive_table import speed_table  # with numpy, which most scenes need not
+        speed_table(drive)
     if abs(drive.mean_speed) > drive.max_speed:
         raise SceneError(
             f'beyond drive.max_speed = {spell(drive.max_speed)} rad/s: lower it or raise that',
@@ -319,11 +322,15 @@ def _absolute(file: str, folder: str) -> str:
 
 
 def with_contents(scene: Scene) -> Scene:
-    """Return the scene with the points of its profile's file in place of the file."""
-    if scene.profile.kind != 'file':
-        return scene
-    from .profile_file import inline  # with numpy, which most scenes need not
-    return replace(scene, profile=replace(scene.profile, file=inline(scene.profile.file)))
+    """Return the scene with the points of its files in place of these."""
+    if scene.profile.kind == 'file':
+        from .points_file import inline, PROFILE  # with numpy, which most scenes need not
+        scene = replace(scene, profile=replace(
+            scene.profile, file=inline(scene.profile.file, PROFILE)))
+    if scene.drive.profile == 'table':
+        from .points_file import inline, SPEEDS
+        scene = replace(scene, drive=replace(scene.drive, file=inline(scene.drive.file, SPEEDS)))
+    return scene
 
 
 def _is_ours(section: str, node: str | None) -> bool:
@@ -358,12 +365,21 @@ def _build(given: Given, source: str) -> Scene:
             checked = _absolute(checked, os.getcwd())
         section, _, leaf = name.rpartition('.')
         parts[section][leaf] = checked
+    _check_table(parts['drive'], given)
     try:
         sections: dict[str, Any] = {name: section(**parts[name])
                                     for name, section in _SECTIONS.items()}
         return Scene(**sections, **parts[''])
     except SceneError as error:
         raise error.at(given[error.key][1] if error.key in given else source) from None
+
+
+def _check_table(drive: dict[str, Any], given: Given) -> None:
+    """Refuse a mean speed beside a table, also the usual one; 0 is what a log of one has."""
+    for name in ('drive.mean_speed', 'drive.alternating_speed'):
+        value = drive.get(name.rpartition('.')[2])
+        if drive.get('profile') == 'table' and value:
+            raise SceneError(WITH_TABLE, key=name, value=value, source=given[name][1])
 
 
 def _nearest(name: str) -> str:

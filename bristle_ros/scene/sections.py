@@ -3,9 +3,12 @@ from dataclasses import dataclass, fields
 import math
 from typing import Literal
 
+from .error import SceneError
 from .key import choice, count, Key, key_of, number, pair, switch, text
 
 INF = math.inf
+MEAN_SPEED = 10.472  # [rad/s]
+WITH_TABLE = 'drive.file has the speeds of a table: leave this out'
 ANY_ANGLE = 1e6  # [rad] far beyond what a start needs, and 1e-10 rad of it is still resolved
 
 
@@ -108,14 +111,30 @@ class Damping(SceneSection):
 class Drive(SceneSection):
     """The speed of the brush about its axis; positive is counter-clockwise seen from above."""
 
-    profile: Literal['constant', 'sine', 'vap'] = choice('sine', 'speed function')
-    mean_speed: float = number(10.472, 'rad/s', -1e4, 1e4, 'omega_m: mean speed')
-    alternating_speed: float = number(0.0, 'rad/s', 0.0, 1e4, 'omega_a: amplitude of the profile')
+    profile: Literal['constant', 'sine', 'vap', 'table'] = choice('sine', 'speed function')
+    mean_speed: float = number(
+        MEAN_SPEED, 'rad/s', -1e4, 1e4, 'omega_m: mean speed; not with a table')
+    alternating_speed: float = number(0.0, 'rad/s', 0.0, 1e4, 'omega_a: amplitude of sine and vap')
     frequency: float = number(5.0, 'Hz', 1e-6, 1e5, 'frequency of the profile')
     shape: float = number(0.08, '1', 0.001, 0.99, 'b: how sharp VAP is')
     max_acceleration: float = number(
         50.0, 'rad/s^2', 1e-6, 1e9, 'limit on commanded changes of the mean speed')
-    max_speed: float = number(320.0, 'rad/s', 0.0, 1e4, 'largest mean speed, set or commanded')
+    max_speed: float = number(
+        320.0, 'rad/s', 0.0, 1e4, 'largest speed, set, in a table or commanded')
+    file: str = text(
+        '', 'table: CSV t,speed [s, rad/s], t increasing, relative to the scene file; monotone '
+        'cubics through the points, held at the ends, the commanded speed comes on top; or '
+        'data:t,speed;t,speed itself')
+
+    def __post_init__(self) -> None:
+        """Let a table's brush have no other speed than commanded ones, which begin at 0."""
+        super().__post_init__()
+        if self.profile != 'table':
+            return
+        for name, usual in (('mean_speed', MEAN_SPEED), ('alternating_speed', 0.0)):
+            if getattr(self, name) not in (0.0, usual):
+                raise SceneError(WITH_TABLE, key='drive.' + name, value=getattr(self, name))
+            object.__setattr__(self, name, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from bristle_ros.physics.step import (AUDIT, BATCH, corner_factors, COUNTS, gene
                                       Model, newmark, PARTS, Scheme, Scratch, State)
 from bristle_ros.physics.wire import (BLOCK, block_count, chain_work, ELEMENTS, INERTIA, LANES,
                                       MASS, MIDS, Q, Q0, RECORD, ROWS, Section, WEIGHT, X, X0)
-from bristle_ros.scene import Scene, SceneError, tip_depth
+from bristle_ros.scene import Scene, SceneError, speed_table, tip_depth
 import numpy as np
 from numpy.typing import NDArray
 
@@ -95,11 +95,12 @@ def drive_of(scene: Scene, time_step: float) -> Drive:
     d, road = scene.drive, scene.road
     x, y = scene.sweeper.mount_position
     profile = PROFILES[d.profile] if d.alternating_speed else CONSTANT
+    table = speed_table(d) if d.profile == 'table' else None
     return Drive(
         profile, d.alternating_speed, d.frequency, d.shape, scene.brush.start_angle,
         math.cos(road.attack_angle), math.sin(road.attack_angle), road.tilt_azimuth,
         *gravity_of(scene), tip_depth(scene), road.penetration, road.approach_time, x, y,
-        time_step, scene.gutter.approach if scene.gutter.enabled else 0.0)
+        time_step, scene.gutter.approach if scene.gutter.enabled else 0.0, table)
 
 
 def clamp_of(scene: Scene) -> NDArray[np.float64]:

@@ -32,6 +32,9 @@ def plan(study, scene):
     if study.duration is not None:
         whole, settle = steps(scene, study.duration, 'duration'), study.settle
     else:
+        if scene.drive.profile == 'table':
+            raise SceneError('turns are of drive.mean_speed, which a table has not: give duration',
+                             key='drive.profile', value='table')
         if scene.drive.mean_speed == 0.0:
             raise SceneError('a brush that does not turn makes no turns: give duration',
                              key='drive.mean_speed', value=0.0)

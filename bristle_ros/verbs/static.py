@@ -3,6 +3,7 @@ import json
 import math
 
 from bristle_ros.command_line import add_scene, load_scene, Parser
+from bristle_ros.scene import start_speed
 from bristle_ros.simulation import static_equilibrium
 
 
@@ -17,7 +18,7 @@ def main(argv):
     if options.json:
         print(json.dumps({name: value.tolist() for name, value in found._asdict().items()}))
         return 0
-    spin = scene.drive.mean_speed
+    spin = start_speed(scene.drive)
     print(f'static equilibrium at theta = {scene.brush.start_angle:g} rad, {spin:g} rad/s '
           f'({spin * 30.0 / math.pi:.4g} rpm), friction off')
     for bristle in range(len(found.normal_force)):

@@ -22,7 +22,7 @@ contact: {enabled: true, normal_stiffness: 1.0e5, damping: 0.0}
 friction: {static: 0.70, kinetic: 0.27, decay: 0.40}
 damping: {mass: 0.1, stiffness: 0.0}
 gravity: 9.81
-drive: {profile: sine, mean_speed: 10.472, alternating_speed: 0.0, frequency: 5.0, shape: 0.08, max_acceleration: 50.0, max_speed: 320.0}
+drive: {profile: sine, mean_speed: 10.472, alternating_speed: 0.0, frequency: 5.0, shape: 0.08, max_acceleration: 50.0, max_speed: 320.0, file: ""}
 sweeper: {velocity: [0.0, 0.0], max_acceleration: 2.0, max_speed: 20.0, max_yaw_rate: 2.0, max_yaw_acceleration: 2.0, mount_position: [0.0, 0.0]}
 solver: {load_case: inertia, elements: 12, time_step: 0.0, integration_time_step: 1.0e-4, integrator: generalized_alpha, spectral_radius: 0.8, amplitude_decay: 0.005, tolerance: 1.0e-8, step: fixed, error_tolerance: 1.0e-3, start: straight}
 run: {real_time_factor: 1.0, chunk: 0.005, sample: 0.001, autostart: true, publish_clock: false, time_origin: zero, frame_prefix: "", publish_tf: all, marker_rate: 20.0, stamped_cmd_vel: true, command_timeout: 0.0, max_load: 0.0}
@@ -92,9 +92,9 @@ def test_defaults_are_the_documented_ones(tmp_path):
      'must be a number at least 1 N/m (.inf is allowed)'),
     ('contact: {enabled: 1}', 'scene.yaml:3: contact.enabled = 1: must be true or false'),
     ('drive: {profile: square}',
-     'scene.yaml:3: drive.profile = "square": must be one of constant, sine, vap'),
+     'scene.yaml:3: drive.profile = "square": must be one of constant, sine, vap, table'),
     ('drive: {profile: no}',
-     'scene.yaml:3: drive.profile = false: must be one of constant, sine, vap'),
+     'scene.yaml:3: drive.profile = false: must be one of constant, sine, vap, table'),
     ('log: {path: 2026}', 'scene.yaml:3: log.path = 2026: must be text (put it in quotes)'),
     ('log: {path: on}', 'scene.yaml:3: log.path = true: must be text (put it in quotes)'),
     ('log: {path: "a\\nb"}', 'scene.yaml:3: log.path = "a\\nb": must be text'),
@@ -308,9 +308,9 @@ def test_any_scene_survives_its_own_yaml(tmp_path, values):
         scene = from_parameters(values, 'test')
     except SceneError as error:
         assert error.key in ('road.penetration', 'friction.kinetic', 'contact.damping',
-                             'drive.mean_speed', 'sweeper.velocity', 'log.max_size',
-                             'run.frame_prefix', 'run.max_load') or (
-            error.key.startswith(('gutter.', 'profile.')))
+                             'sweeper.velocity', 'log.max_size', 'run.frame_prefix',
+                             'run.max_load') or (
+            error.key.startswith(('drive.', 'gutter.', 'profile.')))
         reject()    # too many of these would fail the test: it would have tried no scene
     text = to_yaml(scene)
     assert load(write(tmp_path, text)) == scene

@@ -4,7 +4,7 @@ import math
 from bristle_ros.log.head import head_of
 from bristle_ros.log.recording import scene_of
 from bristle_ros.scene.error import SceneError
-from bristle_ros.scene.profile_file import read_profile
+from bristle_ros.scene.points_file import PROFILE, read_points
 from bristle_ros.scene.scene import from_parameters, load
 from bristle_ros.scene.surface import cross_section, Gutter
 import pytest
@@ -83,10 +83,10 @@ def test_log_carries_the_points_of_a_profile(tmp_path):
     file.write_text('x,z\n0,0\n0.1,0.0012345678901234567\n1e1,-3e-3\n')
     scene = from_parameters(FILE | {'profile.file': str(file)}, 'here')
     yaml = head_of(scene, 0, str).yaml
-    points = read_profile(str(file))
+    points = read_points(str(file), PROFILE)
     file.unlink()
     again = scene_of(yaml, 'log')
-    assert all((a == b).all() for a, b in zip(points, read_profile(again.profile.file)))
+    assert all((a == b).all() for a, b in zip(points, read_points(again.profile.file, PROFILE)))
     assert scene_of(head_of(again, 0, str).yaml, 'log') == again
 
 

@@ -12,6 +12,8 @@ CONSTANT = 0
 SINE = 1
 VAP = 2
 
+END_SLACK = 1e-10   # [s] beyond which a table is at its end
+
 RAMP = 6    # numbers of a ramp: start time, value, target, duration, integral there, slack
 
 
@@ -93,6 +95,33 @@ def profile_at(t, profile, amplitude, frequency, b):
     if phase >= 0.5:
         travelled = 2.0 * vap_quarter(0.5, b) - travelled
     return scale / frequency * travelled, speed, acceleration
+
+
+@jit
+def table_at(t, table):
+    """
+    Return what a table of speeds makes of the brush's angle, speed and acceleration at time t.
+
+    table : (n, 6)    times, each with the cubic from there on and the angle there: see
+                      scene/drive_table.py. Before the first time and after the last it is held.
+    At the last time, to within END_SLACK, the acceleration is the one before it: a step that ends
+    there has felt it.
+    """
+    if t < table[0, 0]:
+        return table[0, 5] + (t - table[0, 0]) * table[0, 1], table[0, 1], 0.0
+    first, beyond = 0, table.shape[0]
+    if t <= table[beyond - 1, 0] + END_SLACK:
+        beyond -= 1
+    while beyond - first > 1:
+        middle = (first + beyond) // 2
+        if table[middle, 0] <= t:
+            first = middle
+        else:
+            beyond = middle
+    tau = t - table[first, 0]
+    c0, c1, c2, c3 = table[first, 1], table[first, 2], table[first, 3], table[first, 4]
+    return (table[first, 5] + tau * (c0 + tau * (c1 / 2.0 + tau * (c2 / 3.0 + tau * c3 / 4.0))),
+            c0 + tau * (c1 + tau * (c2 + tau * c3)), c1 + tau * (2.0 * c2 + tau * 3.0 * c3))
 
 
 @jit

@@ -15,7 +15,7 @@ from bristle_ros.physics.compiler import jit
 import numpy as np
 from numpy.typing import NDArray
 
-from .drive import approach_at, profile_at, RAMP, ramp_at
+from .drive import approach_at, profile_at, RAMP, ramp_at, table_at
 
 # frame record
 ROTATION = 0        # 9  brush axes to road axes, row by row
@@ -77,6 +77,15 @@ class Drive(NamedTuple):
     mount_y: float
     time_step: float        # TS [s]; 0: exact at every time
     kerb_approach: float    # how much further away the kerb starts [m]
+    table: NDArray[np.float64] | None   # (n, 6) of speeds: see `table_at`
+
+
+@jit
+def _profile_of(t, drive, table):
+    """Return what the speed function adds to angle, speed and acceleration."""
+    if table is not None:
+        return table_at(t, table)
+    return profile_at(t, drive.profile, drive.alternating_speed, drive.frequency, drive.shape)
 
 
 @jit
@@ -85,8 +94,7 @@ def _basics_at(t, drive, motion, out):
     for i in range(RAMPS):
         out[_RAMPED + 3 * i], out[_RAMPED + 3 * i + 1], out[_RAMPED + 3 * i + 2] = ramp_at(
             motion, RAMP * i, t)
-    angle, speed, acceleration = profile_at(t, drive.profile, drive.alternating_speed,
-                                            drive.frequency, drive.shape)
+    angle, speed, acceleration = _profile_of(t, drive, drive.table)
     out[0] = drive.start_angle + out[_RAMPED + 2] + angle
     out[1] = out[_RAMPED] + speed
     out[2] = out[_RAMPED + 1] + acceleration
