@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """
-Make README's first picture: ./run.sh tools/picture_of_view.py docs/view.jpg [SCENE.yaml | LOG].
+Make README's first pictures: ./run.sh tools/picture_of_view.py docs/view.jpg [SCENE.yaml | LOG].
 
 Starts `view` and looks at it with Debian's chromium (apt install chromium chromium-driver), which
 needs no graphics card. Wants what ./test.sh installs: run that, or its first lines, before.
@@ -39,7 +39,8 @@ def main():
                 'document.querySelectorAll(".mantine-Notifications-root").forEach('
                 'e => e.style.display = "none")')
             time.sleep(0.5)
-            browser.driver.save_screenshot(str(target.with_suffix('.full.png')))
+            browser.until(lambda: browser.driver.save_screenshot(
+                str(target.with_suffix('.full.png'))), 'a picture')    # a busy machine is slow
             browser.close()
     finally:
         view.terminate()

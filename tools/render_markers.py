@@ -64,7 +64,7 @@ def draw(array, output):
     axes.add_collection3d(Line3DCollection(
         lines.reshape(-1, 2, 3), colors=[colour(by_name['bristles'])], linewidths=1.5, zorder=3))
     bottom = lines[:, 2].min()
-    if 'road' in by_name:
+    if 'road' in by_name and by_name['road'].type == Marker.CUBE:   # and not a surface's faces
         half = 0.3 * by_name['road'].scale.x     # not all of it: the brush is what counts
         x, y = np.meshgrid((-half, half), (-half, half))
         axes.plot_surface(x, y, np.full_like(x, bottom), color=colour(by_name['road']), zorder=1)

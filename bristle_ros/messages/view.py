@@ -6,10 +6,11 @@ stamps, points and actions are filled in. For 104 bristles of 25 nodes that take
 filling and serialising ROS's own classes takes 16 ms; a chunk is 5 ms.
 """
 from collections.abc import Callable
+import math
 import struct
 from typing import Literal, TypeAlias
 
-from bristle_ros.scene import Scene
+from bristle_ros.scene import is_uneven, Scene, SurfaceMesher
 from bristle_ros.simulation import Pose, Snapshot
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +22,12 @@ TF_MODES = ('all', 'mount', 'none')     # of `run.publish_tf`
 FORCE_SCALE = 0.5       # [m/N] length of the arrows of contact forces,
 LONGEST = 1.0           # and their greatest length, in lengths of a bristle: impacts are high
 ROAD_THICKNESS = 1e-3   # [m] drawn, below the plane
-ARROW, CUBE, LINE_LIST = 0, 1, 5
+QUADS = 1600            # faces, about, of a road that is not level, at most
+PARTS = 8               # of its length in which its mesh follows the brush
+ARROW, CUBE, LINE_LIST, TRIANGLE_LIST = 0, 1, 5, 11
 ADD, DELETE = 0, 2
 _BLUE, _GREY, _RED = (0.2, 0.5, 0.9, 1.0), (0.5, 0.5, 0.5, 0.35), (0.9, 0.3, 0.1, 1.0)
+_STONE = (0.55, 0.55, 0.52, 1.0)
 
 
 Numbers: TypeAlias = tuple[float, ...]
@@ -107,7 +111,9 @@ class Markers:
     The MarkerArray of a scene: bristles, road, contact forces.
 
     - `bristles`: one LINE_LIST through all nodes of all bristles, frame `brush_mount`
-    - `road`: a plate under the brush, its upper face in the road plane, frame `road`
+    - `road`, frame `road`: a plate under the brush, its upper face in the road plane; where the
+      scene has a gutter or a profile, its surface as a TRIANGLE_LIST. That is made anew when the
+      brush has gone on by an eighth of it; while the kerb approaches, its position moves
     - `contact_force`: for each bristle the force of the road on its tip as an ARROW of
       FORCE_SCALE, frame `brush_mount`. Every message says for each whether it is there (ADD) or
       not (DELETE), so that none stays when a viewer misses a message.
@@ -120,6 +126,7 @@ class Markers:
         self._writer = _Writer()
         self._stamps: list[int] = []
         self._actions: list[int] = []
+        self._positions: list[int] = []
         ends: list[int] = []
         prefix = scene.run.frame_prefix
         touches = scene.contact.enabled
@@ -131,37 +138,49 @@ class Markers:
         at = self._marker(prefix + MOUNT_FRAME, 'bristles', 0, LINE_LIST, (width, 0.0, 0.0), _BLUE,
                           lines)
         self._lines = slice(at, at + 24 * lines)
-        self._road = None
+        self._road: int | None = None
+        self._mesher: SurfaceMesher | None = None
         if touches:
-            side = 4.0 * (brush.mount_radius + bristle.length * np.sin(brush.mount_angle))
-            side = max(side, bristle.length)
-            self._road = self._marker(prefix + ROAD_FRAME, 'road', 0, CUBE,
-                                      (side, side, ROAD_THICKNESS), _GREY)
+            self._road = self._lay_road(scene)
             self._actions.clear()
             for bristle_id in range(self._bristles):
                 ends.append(self._marker(prefix + MOUNT_FRAME, 'contact_force', bristle_id, ARROW,
                                          (width, 3.0 * width, 0.0), _RED, 2))
-        raw = np.frombuffer(self._writer.raw, dtype=np.uint8)
-        self._template = raw
+        self._template = np.frombuffer(self._writer.raw, dtype=np.uint8).copy()
         self._stamp_bytes = np.add.outer(self._stamps, np.arange(8))
         self._ends = np.add.outer(ends, np.arange(48)).astype(np.intp)
 
+    def _lay_road(self, scene: Scene) -> int:
+        """Lay the road out; return the offset of its position."""
+        side = 4.0 * (scene.brush.mount_radius
+                      + scene.bristle.length * math.sin(scene.brush.mount_angle))
+        side = max(side, scene.bristle.length)
+        frame = scene.run.frame_prefix + ROAD_FRAME
+        if not is_uneven(scene.gutter, scene.profile):
+            self._marker(frame, 'road', 0, CUBE, (side, side, ROAD_THICKNESS), _GREY)
+            return self._positions[-1]
+        self._mesher = mesher = SurfaceMesher(scene, side, PARTS, QUADS)
+        rows, columns = mesher.shape
+        corners = 6 * (rows - 1) * (columns - 1)
+        at = self._marker(frame, 'road', 0, TRIANGLE_LIST, (1.0, 1.0, 1.0), _STONE, corners)
+        self._mesh = slice(at, at + 24 * corners)
+        return self._positions[-1]
+
     def _marker(self, frame: str, namespace: str, number: int, kind: int, scale: Numbers,
                 colour: Numbers, points: int = 0) -> int:
-        """Lay out a marker; return the offset of its points, or of its position if it has none."""
+        """Lay out a marker; return the offset of its points."""
         put = self._writer.put
         self._stamps.append(put('I', 0, 0))
         self._writer.text(frame)
         self._writer.text(namespace)
         put('i', number, kind)
         self._actions.append(put('i', ADD))
-        at = put('d', *(0.0,) * 6, 1.0, *scale)
+        self._positions.append(put('d', *(0.0,) * 6, 1.0, *scale))
         put('f', *colour)
         put('I', 0, 0)          # lifetime: until it is replaced
         put('B', 0)             # not locked to its frame: drawn where it was at its stamp
         put('I', points)
-        if points:
-            at = put('d', *(0.0,) * (3 * points))
+        at = put('d', *(0.0,) * (3 * points)) if points else 0
         put('I', 0)             # colours of points
         self._writer.text('')   # texture: name, header, format, data
         put('I', 0, 0)
@@ -182,15 +201,18 @@ class Markers:
         centreline : (B, nodes, 3) [m] from clamp to tip, mount axes
         mount : Pose
         """
+        if self._mesher is not None:
+            self._renew_mesh(self._mesher, mount)
         raw = self._template.copy()
         raw[self._stamp_bytes] = np.frombuffer(
             struct.pack('<iI', *divmod(stamp, 1_000_000_000)), dtype=np.uint8)
         pairs = np.stack((centreline[:, :-1], centreline[:, 1:]), axis=2)
         raw[self._lines] = _bytes(pairs).ravel()
         if self._road is not None:
-            at = self._road
-            x, y, _ = mount.position.tolist()
-            raw[at:at + 24] = _bytes(np.array((x, y, -0.5 * ROAD_THICKNESS)))
+            place = np.array((0.0, mount.kerb, 0.0))
+            if self._mesher is None:
+                place = np.array((*mount.position[:2], -0.5 * ROAD_THICKNESS))
+            raw[self._road:self._road + 24] = _bytes(place)
             forces = snapshot.contact_force @ mount.rotation
             sizes = np.sqrt(np.einsum('ij,ij->i', forces, forces))
             scale = FORCE_SCALE * np.minimum(
@@ -201,9 +223,20 @@ class Markers:
             raw[self._actions] = np.where(sizes > 0.0, ADD, DELETE)  # their lowest byte
         return raw.tobytes()
 
-    def decode(self, payload: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _renew_mesh(self, mesher: SurfaceMesher, mount: Pose) -> None:
+        """Put the surface around the mount into the template, where it is not there yet."""
+        x, y, _ = mount.position.tolist()
+        mesh, another = mesher.around(x, y - mount.kerb)
+        if another:
+            self._template[self._mesh] = _bytes(mesh.points()[mesh.triangles()]).ravel()
+
+    def decode(self, payload: bytes
+               ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
         """
-        Return what `encode` was given: centreline, and force on each wire in mount axes (B, 3).
+        Return what `encode` was given: centreline, force on each wire in mount axes, mount.kerb.
+
+        Shapes (B, nodes, 3), (B, 3), (); the last one is known where the road is not level, else
+        0.
 
         A force whose arrow would be too long has the length that it was drawn with. Raises
         ValueError for the message of another scene.
@@ -213,12 +246,14 @@ class Markers:
             raise ValueError(f'{raw.size} bytes, must be {self._template.size}')
         pairs = raw[self._lines].view('<f8').reshape(self._bristles, -1, 2, 3)
         line = np.concatenate((pairs[:, :1, 0], pairs[:, :, 1]), axis=1)
-        force = np.zeros((self._bristles, 3))
+        force, kerb = np.zeros((self._bristles, 3)), 0.0
+        if self._mesher is not None and self._road is not None:
+            kerb = float(raw[self._road + 8:self._road + 16].view('<f8')[0])
         if self._road is not None:
             ends = raw[self._ends].view('<f8').reshape(self._bristles, 2, 3)
             there = raw[self._actions] == ADD
             force[there] = (ends[there, 1] - ends[there, 0]) / FORCE_SCALE
-        return line, force
+        return line, force, kerb
 
 
 def decode_pose(payload: bytes, prefix: str) -> tuple[float, ...] | None:

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from .sections import (Bristle as Bristle, Brush as Brush, Contact as Contact,
                            Damping as Damping, Drive as Drive, Friction as Friction, Road as Road,
                            Run as Run, Solver as Solver, Sweeper as Sweeper)
-    from .drive_table import (speed_table as speed_table,
-                              start_speed as start_speed)
-    from .surface import (cross_section as cross_section, Gutter as Gutter, Piece as Piece,
-                          Profile as Profile)
+    from .drive_table import speed_table as speed_table, start_speed as start_speed
+    from .surface import (cross_section as cross_section, Gutter as Gutter,
+                          is_uneven as is_uneven, Piece as Piece, Profile as Profile)
+    from .surface_mesh import SurfaceMesh as SurfaceMesh, SurfaceMesher as SurfaceMesher
 
 __getattr__, __dir__ = lazily(__name__, {
     'error': ['SceneError', 'spell'],
@@ -31,5 +31,6 @@ __getattr__, __dir__ = lazily(__name__, {
     'sections': ['Bristle', 'Brush', 'Contact', 'Damping', 'Drive', 'Friction', 'Road', 'Run',
                  'Solver', 'Sweeper'],
     'drive_table': ['speed_table', 'start_speed'],
-    'surface': ['cross_section', 'Gutter', 'Piece', 'Profile'],
+    'surface': ['cross_section', 'Gutter', 'is_uneven', 'Piece', 'Profile'],
+    'surface_mesh': ['SurfaceMesh', 'SurfaceMesher'],
 })

@@ -1,4 +1,5 @@
 """The profile of the road along x: cosines with the spectrum of ISO 8608, or a spline; checks."""
+from collections.abc import Callable
 import math
 from typing import NamedTuple
 
@@ -50,6 +51,32 @@ def spline(profile: Profile) -> Spline:
     for i in range(len(right) - 1, -1, -1):
         bend[i + 1] = (right[i] - step[i + 1] * bend[i + 2]) / diagonal[i]
     return Spline(x, z, bend)
+
+
+def heights_of(profile: Profile) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the function from places x [m] to heights [m], for who draws; not for the steps."""
+    if profile.kind == 'sine':
+        turn = 2.0 * math.pi / profile.wavelength
+        return lambda x: profile.amplitude * np.sin(turn * x + profile.phase)
+    if profile.kind == 'iso8608':
+        amplitude, wave_number, phase = waves(profile)
+        return lambda x: np.cos(2.0 * math.pi * np.outer(x, wave_number) + phase) @ amplitude
+    if profile.kind == 'file':
+        curve = spline(profile)
+        return lambda x: _on_spline(curve, x)
+    return np.zeros_like
+
+
+def _on_spline(curve: Spline, x: np.ndarray) -> np.ndarray:
+    """Return the heights [m] of a spline at each x [m]."""
+    within = np.clip(x, curve.x[0], curve.x[-1])
+    low = np.clip(np.searchsorted(curve.x, within, side='right') - 1, 0, len(curve.x) - 2)
+    step = curve.x[low + 1] - curve.x[low]
+    b = (within - curve.x[low]) / step
+    a = 1.0 - b
+    bend = (1.0 + a) * curve.bend[low] + (1.0 + b) * curve.bend[low + 1]
+    height: np.ndarray = a * curve.z[low] + b * curve.z[low + 1] - step * step * a * b * bend / 6.0
+    return height
 
 
 def check_profile(profile: Profile) -> None:

@@ -130,6 +130,11 @@ def _fillet(corner: tuple[float, float], before: float, after: float, radius: fl
     return Piece(side, y, z, c, s, math.cos(after), math.sin(after), radius)
 
 
+def is_uneven(gutter: Gutter, profile: Profile) -> bool:
+    """Whether the surface is anything else than the nominal plane."""
+    return gutter.enabled or profile.kind != 'none'
+
+
 def check_surface(gutter: Gutter, profile: Profile) -> None:
     """Raise SceneError for a surface that cannot be."""
     if gutter.enabled:

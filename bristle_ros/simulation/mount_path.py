@@ -2,7 +2,7 @@
 import math
 from typing import NamedTuple, TYPE_CHECKING, TypeAlias
 
-from bristle_ros.scene import Scene
+from bristle_ros.scene import is_uneven, Scene
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +19,7 @@ class Pose(NamedTuple):
     position: NDArray[np.float64]   # [m] (3,) of the mount centre, road axes
     rotation: NDArray[np.float64]   # (3, 3) mount axes to road axes
     orientation: Quaternion         # the same as a quaternion x, y, z, w
+    kerb: float = 0.0               # [m] how much further to the left the gutter still is
 
 
 class MountPath:
@@ -35,7 +36,7 @@ class MountPath:
         self._its = scene.solver.integration_time_step
         self._attack, self._azimuth = scene.road.attack_angle, scene.road.tilt_azimuth
         self._mount = scene.sweeper.mount_position
-        self._uneven = scene.gutter.enabled or scene.profile.kind != 'none'
+        self._uneven = is_uneven(scene.gutter, scene.profile)
         self._start = np.array(scene.sweeper.velocity)
         self._resets = 0
         self._restart()
@@ -64,7 +65,8 @@ class MountPath:
             self._way = np.array(simulation.base_pose()[:2])
         x, y = self._mount
         position = np.array((self._way[0] + c * x - s * y, self._way[1] + s * x + c * y, height))
-        return Pose(position, *_tilted(heading, self._attack, self._azimuth))
+        return Pose(position, *_tilted(heading, self._attack, self._azimuth),
+                    simulation.kerb_offset())
 
 
 def _tilted(heading: float, attack: float, azimuth: float

@@ -283,14 +283,19 @@ class Simulation:
         return (self.model.drive.tip_depth - depth, ramp_at(motion, YAW, now)[2],
                 ramp_at(motion, FORWARD, now)[0], ramp_at(motion, LEFT, now)[0])
 
+    def kerb_offset(self) -> float:
+        """Return how much further away than `gutter.kerb_distance` the gutter still is [m]."""
+        offset: float = kerb_offset(self.step * self.its, self.model.drive)[0]
+        return offset
+
     def base_pose(self) -> tuple[float, float, float]:
         """Return x, y [m] and heading [rad] of the sweeper's base on the road."""
-        now, motion, drive = self.step * self.its, self.state.motion, self.model.drive
+        now, motion = self.step * self.its, self.state.motion
         heading = ramp_at(motion, YAW, now)[2]
         c, s = math.cos(heading), math.sin(heading)
         x, y = self.scene.sweeper.mount_position
         return (float(motion[MOVED]) - (c * x - s * y),
-                float(motion[MOVED + 1]) - (s * x + c * y) + kerb_offset(now, drive)[0], heading)
+                float(motion[MOVED + 1]) - (s * x + c * y) + self.kerb_offset(), heading)
 
     def _observe(self) -> None:
         output.observe(self.model, self._law, self._viscosity, self.state, self._scratch,

@@ -21,6 +21,7 @@ class Frame(NamedTuple):
     orientation: tuple          # of the mount on the road: quaternion x, y, z, w
     stress: object = None       # [Pa] (B,) largest size at a clamp's corners; None: not known
     exact: bool = True          # False: the wires are drawn straight, they are not known
+    kerb: float = 0.0           # [m] how much further to the left the gutter still is
 
 
 class Status(NamedTuple):
@@ -77,7 +78,7 @@ def frame_of(snapshot, centreline, mount):
     return Frame(
         snapshot.t, snapshot.theta, centreline.astype(np.float32),
         (snapshot.contact_force @ mount.rotation).astype(np.float32), mount.position,
-        mount.orientation, stress_of(snapshot).astype(np.float32))
+        mount.orientation, stress_of(snapshot).astype(np.float32), kerb=mount.kerb)
 
 
 def resting_pose(scene):

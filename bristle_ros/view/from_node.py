@@ -70,11 +70,11 @@ class NodeSource:
         frame, trail = None, []
         for payload in self._watch.take('bristle_markers'):
             try:
-                line, force = self._markers.decode(payload)
+                line, force, kerb = self._markers.decode(payload)
             except ValueError:
                 continue    # of the scene before
             frame = Frame(self._last, self._theta, line.astype(np.float32), force,
-                          np.array(self._pose[:3]), self._pose[3:])
+                          np.array(self._pose[:3]), self._pose[3:], kerb=kerb)
             tips = frame.mount + line[self._tracked, -1] @ rotation_of(self._pose[3:]).T
             tips[~force[self._tracked].any(axis=1)] = np.nan
             trail.append(tips)

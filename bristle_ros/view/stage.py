@@ -11,11 +11,10 @@ import numpy as np
 
 from . import colours
 from .frame import rotation_of, tracked
+from .ground import put_ground
 
 FORCE_SCALE = 0.5       # [m/N] of arrows, the force of all wires that a bristle stands for
 LONGEST = 0.6           # and their greatest length, in lengths of a bristle
-TILE = 0.25             # [m] after which the road repeats itself
-TILES = 20
 BRIGHT = 3.0            # mean forces of the wires that touch: where the scale of colours ends
 SLOWLY = 0.05           # of a change of it is followed by each frame
 TRAIL = 100             # points of a trail, at most
@@ -34,7 +33,7 @@ class Stage:
         self._mount = self._nodes.add_frame('/mount', show_axes=False)
         self._board = self._nodes.add_frame('/mount/board', show_axes=False)
         self._put_board()
-        self._road = self._put_road() if scene.contact.enabled else None
+        self._ground = put_ground(self._nodes, scene) if scene.contact.enabled else None
         self._wires = self._arrows = self._trails = None
         self.largest = 0.0      # [N] or [Pa] where the scale of colours ends
         self.by_stress = False  # colour wires by the stress at their clamps, not by force
@@ -62,11 +61,6 @@ class Stage:
                 position=(0.7 * radius * math.cos(angle), 0.7 * radius * math.sin(angle),
                           1.3 * thick))
 
-    def _put_road(self):
-        size = TILE * TILES
-        return self._nodes.add_image('/road', _asphalt(), size, size, format='jpeg',
-                                     cast_shadow=False, wxyz=(0.0, 1.0, 0.0, 0.0))
-
     def colour_by(self, stress):
         """Colour the wires by the stress at their clamps, or by the force on them."""
         if stress != self.by_stress:
@@ -79,8 +73,8 @@ class Stage:
         self._mount.position = 0.0, 0.0, height
         self._mount.wxyz = qw, qx, qy, qz
         self._board.wxyz = math.cos(0.5 * frame.theta), 0.0, 0.0, math.sin(0.5 * frame.theta)
-        if self._road is not None:
-            self._road.position = -(x % TILE), -(y % TILE), -0.002
+        if self._ground is not None:
+            self._ground.show(x, y, frame.kerb)
         self._show_wires(frame)
         self._show_forces(frame)
         self._show_trails(frame)
@@ -161,18 +155,9 @@ class Stage:
 
     def remove(self):
         """Take everything away."""
-        for name in ('/mount', '/road', '/trails'):
+        for name in ('/mount', '/road', '/road_lines', '/trails'):
             if self._nodes.get_handle_by_name(name) is not None:
                 self._nodes.remove_by_name(name)
-
-
-def _asphalt(pixels=64):
-    """Return a picture of the road, TILES by TILES times the same tile."""
-    noise = np.random.Generator(np.random.PCG64(1)).uniform(0.0, 1.0, (pixels, pixels))
-    grain = np.array(colours.ROAD_DARK) + noise[..., None] * (
-        np.array(colours.ROAD) - np.array(colours.ROAD_DARK))
-    grain[:2] = grain[:, :2] = colours.ROAD_LINE
-    return np.tile(grain.astype(np.uint8), (TILES, TILES, 1))
 
 
 def tip_on_road(frame):

@@ -28,8 +28,10 @@ def points(marker):
 
 @pytest.mark.parametrize('prefix', ['', 'left/', 'längst'])
 @pytest.mark.parametrize('road', [True, False])
-def test_marker_bytes_are_those_of_rosbags_and_rclpy(prefix, road):
-    scene = scene_of(**{'run.frame_prefix': prefix, 'contact.enabled': road})
+@pytest.mark.parametrize('profile', ['none', 'sine'])
+def test_marker_bytes_are_those_of_rosbags_and_rclpy(prefix, road, profile):
+    scene = scene_of(**{'run.frame_prefix': prefix, 'contact.enabled': road,
+                        'profile.kind': profile})
     payload = messages_view.Markers(scene).encode(
         STAMP, random_snapshot(1, 3), np.random.default_rng(2).normal(size=(3, 5, 3)), POSE)
     read = STORE.deserialize_cdr(payload, messages.MARKERS)
@@ -77,6 +79,53 @@ def test_what_the_markers_show():
     start, end = points(arrows[2])
     assert np.linalg.norm(end - start) == pytest.approx(0.24)     # an impact, cut to a bristle
     np.testing.assert_allclose((end - start) / 0.24 * np.linalg.norm(forces[2]), [0, -3, 400])
+
+
+def test_markers_show_the_surface_where_the_tips_touch_it():
+    """In the frame `road`, while the base moves along, a kerb approaches and the brush turns."""
+    scene = scene_of(**{
+        'gutter.enabled': True, 'gutter.kerb_distance': 0.27, 'gutter.approach': 0.1,
+        'profile.kind': 'file',
+        'profile.file': 'data:-1,-0.01;0.2,-0.012;0.4,-0.004;0.6,-0.012;2,-0.01',
+        'road.approach_time': 0.1, 'road.penetration': 0.05,
+        'sweeper.velocity': [1.5, 0.0], 'sweeper.mount_position': [0.3, 0.1],
+        'solver.integration_time_step': 1e-3, 'brush.bristle_count': 8})
+    simulation, path, layout = Simulation(scene), MountPath(scene), messages_view.Markers(scene)
+    simulation.command('cmd_vel', (1.5, 0.0, 0.2))
+    kerbs, touched, meshes = set(), 0, set()
+    for step in range(1, 31):
+        simulation.advance(10)
+        snapshot, pose = simulation.snapshot(), path.follow(simulation, 0)
+        payload = layout.encode(STAMP, snapshot, simulation.centreline(), pose)
+        array = deserialize_message(payload, MarkerArray)
+        assert layout.decode(payload)[2] == pose.kerb == simulation.kerb_offset()
+        road = next(marker for marker in array.markers if marker.ns == 'road')
+        assert (road.type, road.header.frame_id) == (Marker.TRIANGLE_LIST, 'road')
+        place = road.pose.position
+        corners = points(road) + (place.x, place.y, place.z)
+        kerbs.add(place.y)
+        meshes.add(corners[0, 0])
+        tips = pose.position + snapshot.tip_position_road
+        for tip in tips[np.abs(snapshot.contact_force).sum(axis=1) > 0.0]:
+            touched += 1
+            nearest = distance_to(corners.reshape(-1, 3, 3), tip)
+            assert nearest < 5e-4, f'{step}: {tip}'     # chords between rows 50 mm apart
+    assert touched > 50
+    assert len(kerbs) > 5
+    assert 1 < len(meshes) < 6      # not one for each message
+
+
+def distance_to(triangles, point):
+    """Return how far a point is from the plane of the triangle above or below it."""
+    a, b, c = triangles.transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    inside = np.full(len(a), True)
+    for start, end in ((a, b), (b, c), (c, a)):
+        edge, way = (end - start)[:, :2], point[:2] - start[:, :2]
+        inside &= edge[:, 0] * way[:, 1] - edge[:, 1] * way[:, 0] >= -1e-12
+    assert inside.any()
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.abs(np.einsum('ij,ij->i', normal, point - a))[inside].min()
 
 
 @pytest.mark.parametrize(('mode', 'links'), [

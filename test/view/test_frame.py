@@ -1,5 +1,6 @@
 """What a page shows of an instant, against the geometry and the messages that say the same."""
 import math
+from types import SimpleNamespace
 
 from bristle_ros.messages.view import Markers
 from bristle_ros.realtime.driver import Driver
@@ -8,6 +9,7 @@ from bristle_ros.simulation import check_command, CommandRefused, MountPath, Sim
 from bristle_ros.view import colours
 from bristle_ros.view.frame import (COLUMNS, frame_of, resting_pose, rotation_of, row_of, straight,
                                     tracked, trail_of)
+from bristle_ros.view.ground import put_ground
 from bristle_ros.view.panel import _SLIDERS, ranges_of
 import numpy as np
 import pytest
@@ -66,7 +68,7 @@ def test_markers_say_the_same_again(scene, shown):
     chunk, line = shown
     markers = Markers(scene)
     payload = markers.encode(1, chunk.last, line, chunk.mount)
-    again, force = markers.decode(payload + bytes(3))   # as some middlewares hand it on
+    again, force, _ = markers.decode(payload + bytes(3))   # as some middlewares hand it on
     np.testing.assert_array_equal(again, line)
     drawn = chunk.last.contact_force @ chunk.mount.rotation
     longest = scene.bristle.length / 0.5        # [N] an arrow is no longer than a wire
@@ -129,3 +131,39 @@ def test_colours_go_from_steel_to_dark_red():
     assert shade[2].tolist() == shade[3].tolist() == [150, 10, 40]
     # sRGB to linear light: the ends stay, the middle is darker
     assert colours.of_lines([0, 128, 255]).tolist() == [0, 56, 255]
+
+
+@pytest.mark.parametrize('given', [
+    {'gutter.enabled': True}, {'profile.kind': 'iso8608'},
+    {'gutter.enabled': True, 'profile.kind': 'sine'}])
+def test_lines_on_the_road_are_on_it_and_stay_there(given):
+    """What the page is sent for two places of the mount is the same road."""
+    shown = []
+    for x, y in ((0.3, 0.02), (0.31, 0.02), (3.13, 0.11)):
+        stage = Recorder()
+        ground = put_ground(stage, from_parameters(given, 'test'))
+        ground.show(x, y, 0.04)
+        mesh, lines = stage.made['/road'], stage.made['/road_lines']
+        place = np.array((x, y, 0.0)) + mesh.position
+        assert mesh.position == lines.position
+        assert np.abs(lines.points[..., :2]).max() <= np.abs(mesh.vertices[:, :2]).max() + 1e-6
+        nodes = mesh.vertices + place
+        assert nodes[:, 0].min() < x - 0.7 < x + 0.7 < nodes[:, 0].max()
+        shown.append({tuple(node.round(4)) for node in nodes})
+    assert shown[0] == shown[1]
+    ground.show(x + 0.3, y, 0.04)
+    assert len(stage.made) == 2     # changed in place, not added again
+
+
+class Recorder:
+    """Takes the place of viser's scene, which needs a server: keeps what it is given."""
+
+    def __init__(self):
+        self.made = {}
+
+    def add_mesh_simple(self, name, vertices, faces, **_):
+        assert faces.max() == len(vertices) - 1
+        return self.made.setdefault(name, SimpleNamespace(vertices=vertices))
+
+    def add_line_segments(self, name, points, _, **__):
+        return self.made.setdefault(name, SimpleNamespace(points=points))
