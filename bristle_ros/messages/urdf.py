@@ -3,11 +3,11 @@ from collections.abc import Iterable
 from math import cos, pi, sin
 from xml.etree import ElementTree
 
-from bristle_ros.scene import Scene
+from bristle_ros.scene import brush_rows, Scene, widest
 
 from .encode import BRUSH_FRAME, JOINT, MOUNT_FRAME
 
-WIRES = 12              # drawn; a brush has more
+WIRES = 12              # drawn of each row; a brush has more
 BOARD_THICKNESS = 0.02  # [m]
 
 
@@ -17,23 +17,22 @@ def robot_description(scene: Scene) -> str:
 
     Lengths in m. Frames have no prefix: robot_state_publisher has a parameter for it.
     """
-    bristle, brush = scene.bristle, scene.brush
+    bristle, radius = scene.bristle, max(widest(scene), 0.02)
     robot = ElementTree.Element('robot', name='brush')
     mount = ElementTree.SubElement(robot, 'link', name=MOUNT_FRAME)
     _visual(mount, (0.0, 0.0, 1.5 * BOARD_THICKNESS), (0.0, 0.0, 0.0), 'grey', 'cylinder',
-            radius=0.25 * max(brush.mount_radius, 0.02), length=2.0 * BOARD_THICKNESS)
+            radius=0.25 * radius, length=2.0 * BOARD_THICKNESS)
     turning = ElementTree.SubElement(robot, 'link', name=BRUSH_FRAME)
     _visual(turning, (0.0, 0.0, 0.5 * BOARD_THICKNESS), (0.0, 0.0, 0.0), 'grey', 'cylinder',
-            radius=max(brush.mount_radius, 0.02), length=BOARD_THICKNESS)
-    out, down = sin(brush.mount_angle), cos(brush.mount_angle)
-    reach = brush.mount_radius + 0.5 * bristle.length * out
-    for wire in range(WIRES):
-        azimuth = 2.0 * pi * wire / WIRES
-        middle = reach * cos(azimuth), reach * sin(azimuth), -0.5 * bristle.length * down
-        _visual(turning, middle,
-                (0.0, -brush.mount_angle, azimuth), 'wire', 'box',
-                size=_numbers((max(bristle.width, 1e-3), max(bristle.breadth, 1e-3),
-                               bristle.length)))
+            radius=radius, length=BOARD_THICKNESS)
+    for row in brush_rows(scene):
+        middle = 0.5 * (row.radius + row.tip_radius)
+        for wire in range(WIRES):
+            azimuth = row.offset + 2.0 * pi * wire / WIRES
+            _visual(turning, (middle * cos(azimuth), middle * sin(azimuth), -0.5 * row.tip_depth),
+                    (0.0, -row.angle, azimuth), 'wire', 'box',
+                    size=_numbers((max(bristle.width, 1e-3), max(bristle.breadth, 1e-3),
+                                   row.length)))
     joint = ElementTree.SubElement(robot, 'joint', name=JOINT, type='continuous')
     ElementTree.SubElement(joint, 'parent', link=MOUNT_FRAME)
     ElementTree.SubElement(joint, 'child', link=BRUSH_FRAME)

@@ -6,11 +6,10 @@ stamps, points and actions are filled in. For 104 bristles of 25 nodes that take
 filling and serialising ROS's own classes takes 16 ms; a chunk is 5 ms.
 """
 from collections.abc import Callable
-import math
 import struct
 from typing import Literal, TypeAlias
 
-from bristle_ros.scene import is_uneven, Scene, SurfaceMesher
+from bristle_ros.scene import bristle_count, is_uneven, longest, reach, Scene, SurfaceMesher
 from bristle_ros.simulation import Pose, Snapshot
 import numpy as np
 from numpy.typing import NDArray
@@ -120,9 +119,8 @@ class Markers:
     """
 
     def __init__(self, scene: Scene) -> None:
-        bristle, brush = scene.bristle, scene.brush
-        self._bristles, nodes = brush.bristle_count, 2 * scene.solver.elements + 1
-        self._longest = LONGEST * bristle.length
+        self._bristles, nodes = bristle_count(scene), 2 * scene.solver.elements + 1
+        self._longest = LONGEST * longest(scene)
         self._writer = _Writer()
         self._stamps: list[int] = []
         self._actions: list[int] = []
@@ -130,7 +128,7 @@ class Markers:
         ends: list[int] = []
         prefix = scene.run.frame_prefix
         touches = scene.contact.enabled
-        width = max(bristle.breadth, 1e-3)
+        width = max(scene.bristle.breadth, 1e-3)
         self._writer.put('I', 1 + touches * (1 + self._bristles))
         # A strip for each bristle would save a third of the bytes, take as long to fill, and cost
         # a viewer an object each.
@@ -152,9 +150,7 @@ class Markers:
 
     def _lay_road(self, scene: Scene) -> int:
         """Lay the road out; return the offset of its position."""
-        side = 4.0 * (scene.brush.mount_radius
-                      + scene.bristle.length * math.sin(scene.brush.mount_angle))
-        side = max(side, scene.bristle.length)
+        side = max(4.0 * reach(scene), longest(scene))
         frame = scene.run.frame_prefix + ROAD_FRAME
         if not is_uneven(scene.gutter, scene.profile):
             self._marker(frame, 'road', 0, CUBE, (side, side, ROAD_THICKNESS), _GREY)

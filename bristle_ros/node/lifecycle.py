@@ -5,7 +5,7 @@ import threading
 from bristle_ros.log import Log
 from bristle_ros.messages import encode as messages
 from bristle_ros.realtime import Driver, PacingThread
-from bristle_ros.scene import steps
+from bristle_ros.scene import bristle_count, steps
 from bristle_ros.simulation import MountPath, RunWatch, Simulation
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
@@ -101,7 +101,7 @@ class BrushNode(LifecycleNode):
             self._events = Events(self)
             self._enter_graph()
         self.get_logger().info(
-            f'ready: {scene.brush.bristle_count} bristle(s), step '
+            f'ready: {bristle_count(scene)} bristle(s), step '
             f'{scene.solver.integration_time_step:.6g} s, chunk {scene.run.chunk:.6g} s, compiled '
             f'in {simulation.compile_time:.3g} s')
         return TransitionCallbackReturn.SUCCESS

@@ -2,7 +2,7 @@
 from array import array
 from contextlib import contextmanager
 
-from bristle_ros.scene import from_parameters, keys, SceneError, to_parameters
+from bristle_ros.scene import from_parameters, keys, LISTS, SceneError, to_parameters
 from rcl_interfaces.msg import (FloatingPointRange, IntegerRange, ParameterDescriptor,
                                 SetParametersResult)
 
@@ -89,7 +89,7 @@ def describe(key):
     descriptor = ParameterDescriptor(
         description=f'{key.description}{unit}', additional_constraints=key.range,
         # An integer is welcome where a double is meant; key.check does the judging.
-        dynamic_typing=key.kind in ('float', 'pair'))
+        dynamic_typing=key.kind in ('float', *LISTS))
     if key.kind == 'float':
         descriptor.floating_point_range = [
             FloatingPointRange(from_value=float(key.minimum), to_value=float(key.maximum))]

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bristle_ros.messages import command_types, decode_diagnostics, TOPICS
-from bristle_ros.scene import SceneError, start_speed
+from bristle_ros.scene import bristle_count, brush_rows, SceneError, start_speed
 import numpy as np
 
 _TOPICS = {topic.name: topic for topic in TOPICS}
@@ -113,10 +113,8 @@ def _rows(name, steps, values, complete):
 
 def _geometry(scene):
     """Return ((radius, z) of clamp and undeformed tip), and the road normal in mount axes."""
-    brush, road = scene.brush, scene.road
-    length, lean = scene.bristle.length, brush.mount_angle
-    radius, tilt, azimuth = brush.mount_radius, road.attack_angle, road.tilt_azimuth
-    rest = ((radius, 0.0), (radius + length * math.sin(lean), -length * math.cos(lean)))
+    row, tilt, azimuth = brush_rows(scene)[0], scene.road.attack_angle, scene.road.tilt_azimuth
+    rest = ((row.radius, 0.0), (row.tip_radius, -row.tip_depth))
     # The low side of the tilted brush faces the azimuth: there the normal leans away.
     return rest, np.array([-math.sin(tilt) * math.cos(azimuth),
                            -math.sin(tilt) * math.sin(azimuth), math.cos(tilt)])
@@ -144,8 +142,8 @@ def _pace(payload):
 
 
 def _about(scene):
-    brush, drive = scene.brush, scene.drive
-    wires = brush.bristle_count * brush.wires_per_bristle
+    drive = scene.drive
+    wires = bristle_count(scene) * scene.brush.wires_per_bristle
     road = (f'penetration {scene.road.penetration * 1e3:.4g} mm' if scene.contact.enabled
             else 'no road')
     return (f'{wires} wire{"s" if wires > 1 else ""}, {start_speed(drive) * 30 / math.pi:.4g} rpm '

@@ -5,14 +5,18 @@ from bristle_ros.lazy import lazily
 
 if TYPE_CHECKING:
     from .error import SceneError as SceneError, spell as spell
+    from .key import LISTS as LISTS
     from .parameter_file import read_file as read_file, read_scalar as read_scalar
     from .road_profile import Spline as Spline, spline as spline, waves as waves
     from .scene import (depth_refusal as depth_refusal, describe_keys as describe_keys,
                         from_arguments as from_arguments, from_parameters as from_parameters,
                         gutter_friction as gutter_friction, keys as keys, load as load,
                         LONGEST as LONGEST, Scene as Scene, steps as steps,
-                        tip_depth as tip_depth, to_parameters as to_parameters,
-                        to_yaml as to_yaml, with_contents as with_contents)
+                        to_parameters as to_parameters, to_yaml as to_yaml,
+                        with_contents as with_contents)
+    from .rows import (bristle_count as bristle_count, brush_rows as brush_rows,
+                       longest as longest, reach as reach, Row as Row, tip_depth as tip_depth,
+                       widest as widest)
     from .sections import (Bristle as Bristle, Brush as Brush, Contact as Contact,
                            Damping as Damping, Drive as Drive, Friction as Friction, Road as Road,
                            Run as Run, Solver as Solver, Sweeper as Sweeper)
@@ -23,11 +27,13 @@ if TYPE_CHECKING:
 
 __getattr__, __dir__ = lazily(__name__, {
     'error': ['SceneError', 'spell'],
+    'key': ['LISTS'],
     'parameter_file': ['read_file', 'read_scalar'],
     'road_profile': ['Spline', 'spline', 'waves'],
     'scene': ['depth_refusal', 'describe_keys', 'from_arguments', 'from_parameters',
-              'gutter_friction', 'keys', 'load', 'LONGEST', 'Scene', 'steps', 'tip_depth',
+              'gutter_friction', 'keys', 'load', 'LONGEST', 'Scene', 'steps',
               'to_parameters', 'to_yaml', 'with_contents'],
+    'rows': ['bristle_count', 'brush_rows', 'longest', 'reach', 'Row', 'tip_depth', 'widest'],
     'sections': ['Bristle', 'Brush', 'Contact', 'Damping', 'Drive', 'Friction', 'Road', 'Run',
                  'Solver', 'Sweeper'],
     'drive_table': ['speed_table', 'start_speed'],

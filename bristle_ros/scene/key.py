@@ -1,4 +1,5 @@
 """What one key of a scene may hold: unit, range and meaning, and the check of a value."""
+from collections.abc import Iterable
 from dataclasses import dataclass, Field, field
 import math
 from numbers import Integral, Real
@@ -7,14 +8,16 @@ from typing import Any, get_args, get_origin, Literal, TypeAlias, TypeVar
 
 from .error import SceneError
 
-Kind: TypeAlias = Literal['float', 'int', 'bool', 'str', 'pair']
-Value: TypeAlias = float | bool | str | tuple[float, float]
+Kind: TypeAlias = Literal['float', 'int', 'bool', 'str', 'pair', 'numbers', 'counts']
+Value: TypeAlias = float | bool | str | tuple[float, ...]
 Choice = TypeVar('Choice', bound=str)
 Declared = TypeVar('Declared', bound=Value)
 
 _KINDS: dict[Kind, str] = {
     'float': 'a number', 'int': 'a whole number', 'bool': 'true or false', 'str': 'text',
-    'pair': 'two numbers'}
+    'pair': 'two numbers', 'numbers': 'a list of numbers',
+    'counts': 'a list of whole numbers'}
+LISTS = ('pair', 'numbers', 'counts')     # kinds of which each number is within the bounds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,8 +25,9 @@ class Key:
     """
     One key of a scene file, which is also one ROS parameter.
 
-    kind: 'float', 'int', 'bool', 'str' or 'pair' (two floats); minimum, maximum: inclusive, of
-    each number; choices: the texts allowed, empty when any is.
+    kind: 'float', 'int', 'bool', 'str', 'pair' (two floats), 'numbers' or 'counts' (any number of
+    floats or ints, none at first); minimum, maximum: inclusive, of each number; choices: the texts
+    allowed, empty when any is.
     """
 
     name: str
@@ -41,7 +45,7 @@ class Key:
         if self.choices:
             return 'one of ' + ', '.join(self.choices)
         words = _KINDS[self.kind]
-        if self.kind not in ('float', 'int', 'pair'):
+        if self.kind not in ('float', 'int', *LISTS):
             return words
         if self.maximum == math.inf:
             bounds = f'at least {self.minimum:.9g}{self._unit} (.inf is allowed)'
@@ -104,6 +108,20 @@ class Key:
         first, second = value
         return self._float(first), self._float(second)
 
+    def _numbers(self, value: Any) -> tuple[float, ...]:
+        return tuple(map(self._float, _items(value)))
+
+    def _counts(self, value: Any) -> tuple[int, ...]:
+        return tuple(map(self._int, _items(value)))
+
+
+def _items(value: Any) -> Iterable[object]:
+    # rcl makes nothing of [], and hands it on as no value
+    if isinstance(value, (str, bytes)):
+        raise TypeError
+    items: Iterable[object] = () if value is None else value
+    return items
+
 
 def _is_number(value: str) -> bool:
     try:
@@ -141,6 +159,16 @@ def pair(default: tuple[float, float], unit: str, minimum: float, maximum: float
          description: str) -> tuple[float, float]:
     """Declare a field of two floats."""
     return _field('pair', default, unit, minimum, maximum, description)
+
+
+def numbers(unit: str, minimum: float, maximum: float, description: str) -> tuple[float, ...]:
+    """Declare a field of any number of floats, none at first."""
+    return _field('numbers', (), unit, minimum, maximum, description)
+
+
+def counts(minimum: int, maximum: int, description: str) -> tuple[int, ...]:
+    """Declare a field of any number of integers, none at first."""
+    return _field('counts', (), '1', minimum, maximum, description)
 
 
 def _field(kind: Kind, default: Declared, unit: str, minimum: float, maximum: float,

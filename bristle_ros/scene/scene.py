@@ -17,6 +17,7 @@ from .error import SceneError, spell
 from .key import Key, key_of, number
 from .names import full_name, matches, ros_arguments, split_override
 from .parameter_file import Entry, read_file, read_text
+from .rows import ONE_VALUE, tip_depth, widest
 from .sections import (Bristle, Brush, Contact, Damping, Drive, Friction, Log, Road, Run,
                        SceneSection, Solver, Sweeper, WITH_TABLE)
 from .surface import check_surface, Gutter, Profile
@@ -24,8 +25,7 @@ from .surface import check_surface, Gutter, Profile
 __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Friction', 'Damping',
            'Drive', 'Gutter', 'Profile', 'Sweeper', 'Solver', 'Run', 'Log', 'load',
            'from_parameters', 'from_arguments', 'keys', 'depth_refusal', 'describe_keys',
-           'gutter_friction', 'steps', 'tip_depth', 'to_yaml', 'to_parameters',
-           'with_contents']
+           'gutter_friction', 'steps', 'to_yaml', 'to_parameters', 'with_contents']
 
 # Parameters that every ROS 2 node has beside its own.
 _OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service')
@@ -63,6 +63,7 @@ class Scene:
 
 def _check_combinations(scene: Scene) -> None:
     friction, contact, drive = scene.friction, scene.contact, scene.drive
+    _check_rows(scene)
     if friction.kinetic > friction.static:
         raise SceneError(
             f'kinetic friction above friction.static = {spell(friction.static)}: lower it to that '
@@ -106,6 +107,15 @@ def _check_combinations(scene: Scene) -> None:
     steps(scene, scene.run.sample, 'run.sample')
 
 
+def _check_rows(scene: Scene) -> None:
+    """Refuse one value for all rows that a list of the rows' own would hide."""
+    values = to_parameters(scene)
+    for name, one in ONE_VALUE.items():
+        if one and getattr(scene.brush, name) and values[one] != _KEYS[one].default:
+            raise SceneError(f'brush.{name} has one for each row: leave this out', key=one,
+                             value=values[one])
+
+
 def _check_gutter_friction(scene: Scene) -> None:
     static, kinetic, _ = gutter_friction(scene)
     if scene.gutter.enabled and kinetic > static:
@@ -123,23 +133,16 @@ def gutter_friction(scene: Scene) -> tuple[float, float, float]:
             road.decay if own.friction_decay < 0.0 else own.friction_decay)
 
 
-def tip_depth(scene: Scene) -> float:
-    """Return how far below the mount centre the lowest undeformed tip is, along the normal [m]."""
-    brush, beta = scene.brush, scene.road.attack_angle
-    length = scene.bristle.length
-    radius = brush.mount_radius + length * math.sin(brush.mount_angle)
-    return length * math.cos(brush.mount_angle) * math.cos(beta) + radius * math.sin(beta)
-
-
 def depth_refusal(scene: Scene, penetration: float) -> str | None:
     """
     Return why the road cannot be at this penetration [m], or None where it can.
 
-    At tip depth - mount_radius sin(attack_angle) the lowest clamp is in the road. Lifting is fine.
+    At tip depth - radius sin(attack_angle) of the widest row the lowest clamp is in the road.
+    Lifting is fine.
     """
     if not scene.contact.enabled:
         return None
-    deepest = tip_depth(scene) - scene.brush.mount_radius * math.sin(scene.road.attack_angle)
+    deepest = tip_depth(scene) - widest(scene) * math.sin(scene.road.attack_angle)
     if penetration < deepest:
         return None
     return (f'would bring a clamp to the road or below it: stay below {deepest:.6g} m, which is '
@@ -353,7 +356,7 @@ def _build(given: Given, source: str) -> Scene:
             raise SceneError('must be true or false', key=name, value=value, source=place)
         if name in _OF_EVERY_NODE or name.startswith('qos_overrides.'):
             continue
-        if name in _SECTIONS and value is None:
+        if value is None and name in _SECTIONS:
             continue  # rcl hands on `road: {}` as a parameter without a value
         if name not in _KEYS:
             raise SceneError(_nearest(name), key=name, value=value, source=place)

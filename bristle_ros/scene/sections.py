@@ -4,11 +4,13 @@ import math
 from typing import Literal
 
 from .error import SceneError
-from .key import choice, count, Key, key_of, number, pair, switch, text
+from .key import (choice, count, counts, Key, key_of, number, numbers, pair, switch, text)
+from .rows import check_rows
 
 INF = math.inf
 MEAN_SPEED = 10.472  # [rad/s]
 WITH_TABLE = 'drive.file has the speeds of a table: leave this out'
+MOST_BRISTLES = 1000
 ANY_ANGLE = 1e6  # [rad] far beyond what a start needs, and 1e-10 rad of it is still resolved
 
 
@@ -54,11 +56,28 @@ class Brush(SceneSection):
     mount_orientation: float = number(
         0.0, 'rad', -ANY_ANGLE, ANY_ANGLE,
         'gamma: right-hand turn of the section about the clamp-to-tip direction; 0 cuts')
-    bristle_count: int = count(1, 1, 1000, 'bristles simulated, equally spaced in azimuth')
+    bristle_count: int = count(
+        1, 1, MOST_BRISTLES, 'bristles simulated, equally spaced in azimuth')
     wires_per_bristle: int = count(
         1, 1, 100000, 'real wires that one simulated bristle stands for')
     start_angle: float = number(
         0.0, 'rad', -ANY_ANGLE, ANY_ANGLE, 'azimuth of bristle 0 from mount +x at t = 0')
+    row_radii: tuple[float, ...] = numbers(
+        'm', 0.0, 10.0, 'mount_radius of each row, where there are several; the rows of a list '
+        'that is left out have the one value; bristles are numbered row by row')
+    row_angles: tuple[float, ...] = numbers('rad', 0.0, math.pi / 2, 'mount_angle of each row')
+    row_lengths: tuple[float, ...] = numbers('m', 1e-3, 10.0, 'bristle.length of each row')
+    row_orientations: tuple[float, ...] = numbers(
+        'rad', -ANY_ANGLE, ANY_ANGLE, 'mount_orientation of each row')
+    row_counts: tuple[int, ...] = counts(1, MOST_BRISTLES, 'bristle_count of each row')
+    row_offsets: tuple[float, ...] = numbers(
+        'rad', -ANY_ANGLE, ANY_ANGLE, "azimuth of each row's first bristle from bristle 0; the "
+        "first row's is 0; left out: all 0")
+
+    def __post_init__(self) -> None:
+        """Check that the lists of rows fit together; raise SceneError."""
+        super().__post_init__()
+        check_rows(self, MOST_BRISTLES)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,7 @@
 """Static equilibrium of a scene's bristles in the turning brush frame."""
 from typing import NamedTuple
 
-from bristle_ros.physics.contact import FORCE, SLIP, STATE
+from bristle_ros.physics.contact import ContactLaw, FORCE, SLIP, STATE
 from bristle_ros.physics.motion import APPROACHING, PENETRATION, SPIN_RATE
 from bristle_ros.physics.step import Model, output, own_frame, Scratch, settle, State
 from bristle_ros.physics.wire import LANES, OK, ROWS, X, X0
@@ -9,7 +9,8 @@ from bristle_ros.scene import Scene, SceneError
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import build_model, build_state, contact_law, new_scratch
+from .model import build_models, build_state, contact_law, new_scratch, rows_of, states_of
+from .observe import observe_rows
 
 
 class Equilibrium(NamedTuple):
@@ -20,7 +21,7 @@ class Equilibrium(NamedTuple):
     root_moment: NDArray[np.float64]   # [N m] (B, 3) of the wire on the board, about its clamp
 
 
-def settle_state(scene: Scene, model: Model, state: State, scratch: Scratch) -> None:
+def settle_state(scene: Scene, models: tuple[Model, ...], state: State, scratch: Scratch) -> None:
     """
     Move all bristles of `state` to equilibrium at time 0 of its motion; friction off.
 
@@ -33,21 +34,29 @@ def settle_state(scene: Scene, model: Model, state: State, scratch: Scratch) -> 
             'the static equilibrium is sought on the level plane alone: take straight, and leave '
             'gutter and profile out of what is to be static', key='solver.start',
             value=scene.solver.start)
-    model = model._replace(displacement=False)
+    for row, model, part in zip(rows_of(models), models, states_of(state, models)):
+        failed = _settle_row(model._replace(displacement=False), law, part, scratch)
+        if failed is not None:
+            raise SceneError(
+                f'bristle {row.start + failed} has no static equilibrium that could be found: try '
+                'a smaller road.penetration or drive.mean_speed', key='drive.mean_speed',
+                value=scene.drive.mean_speed)
+    nodes = state.nodes.reshape(len(state.nodes), -1, ROWS, LANES)
+    nodes[:, :, X0:X0 + 7] = nodes[:, :, X:X + 7]
+
+
+def _settle_row(model: Model, law: ContactLaw | None, state: State, scratch: Scratch
+                ) -> int | None:
+    """Settle the bristles of a row; return the number of one that has no equilibrium, or None."""
     frame = scratch.frames[0]
     for bristle, azimuth in enumerate(model.azimuth):
         own_frame(model, state.motion, azimuth, 0.0, scratch, frame)
         frame[SPIN_RATE:SPIN_RATE + 3] = 0.0
-        status = settle(model, law, state, bristle, frame, np.zeros(6), scratch)
-        if status != OK:
-            raise SceneError(
-                f'bristle {bristle} has no static equilibrium that could be found: try a smaller '
-                'road.penetration or drive.mean_speed', key='drive.mean_speed',
-                value=scene.drive.mean_speed)
+        if settle(model, law, state, bristle, frame, np.zeros(6), scratch) != OK:
+            return bristle
         if state.tip[bristle, FORCE + 2] > 0.0:
             state.tip[bristle, STATE] = SLIP
-    nodes = state.nodes.reshape(model.bristles, model.blocks, ROWS, LANES)
-    nodes[:, :, X0:X0 + 7] = nodes[:, :, X:X + 7]
+    return None
 
 
 def static_equilibrium(scene: Scene) -> Equilibrium:
@@ -56,13 +65,13 @@ def static_equilibrium(scene: Scene) -> Equilibrium:
 
     The road stands at its final height, whatever the approach. Raises SceneError.
     """
-    model = build_model(scene)._replace(displacement=False)
-    state = build_state(scene, model)
-    scratch = new_scratch(model)
+    models = tuple(model._replace(displacement=False) for model in build_models(scene))
+    state = build_state(scene, *models)
+    scratch = new_scratch(models[0])
     state.motion[APPROACHING] = 0.0
     state.motion[PENETRATION + 1:PENETRATION + 3] = scene.road.penetration
-    settle_state(scene, model, state, scratch)
-    rows = np.zeros((model.bristles, output.BRISTLE_COLUMNS))
-    output.observe(model, contact_law(scene), None, state, scratch, rows, np.zeros(output.TOTALS))
+    settle_state(scene, models, state, scratch)
+    rows = np.zeros((len(state.nodes), output.BRISTLE_COLUMNS))
+    observe_rows(models, contact_law(scene), None, state, scratch, rows, np.zeros(output.TOTALS))
     return Equilibrium(rows[:, :3].copy(), state.tip[:, FORCE + 2].copy(),
                        rows[:, output.MOUNT_MOMENT:output.MOUNT_MOMENT + 3].copy())

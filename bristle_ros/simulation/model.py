@@ -1,4 +1,10 @@
-"""From a Scene to the arrays that the kernels step: Model and State."""
+"""
+From a Scene to the arrays that the kernels step: Models and State.
+
+To the kernels each row of a brush is a brush of its own, with a Model of its own and its part of
+the State; a brush of one row costs what it would without rows.
+"""
+from itertools import accumulate, pairwise
 import math
 
 from bristle_ros.physics.contact import ContactLaw, TIP
@@ -8,7 +14,7 @@ from bristle_ros.physics.step import (AUDIT, BATCH, corner_factors, COUNTS, gene
                                       Model, newmark, PARTS, Scheme, Scratch, State)
 from bristle_ros.physics.wire import (BLOCK, block_count, chain_work, ELEMENTS, INERTIA, LANES,
                                       MASS, MIDS, Q, Q0, RECORD, ROWS, Section, WEIGHT, X, X0)
-from bristle_ros.scene import Scene, SceneError, speed_table, tip_depth
+from bristle_ros.scene import brush_rows, Row, Scene, SceneError, speed_table, tip_depth
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,8 +40,8 @@ def torsion_constant(a: float, b: float) -> float:
     return long * short ** 3 / 3.0 * (1.0 - 192.0 * short / (math.pi ** 5 * long) * total)
 
 
-def section_of(scene: Scene) -> Section:
-    """Return the Section of a scene's bristle: y along the breadth, z along the width."""
+def section_of(scene: Scene, length: float) -> Section:
+    """Return the Section of a bristle of that length [m]: y along the breadth, z the width."""
     b = scene.bristle
     area = b.breadth * b.width
     shear_modulus = b.youngs_modulus / (2.0 * (1.0 + b.poissons_ratio))
@@ -45,7 +51,7 @@ def section_of(scene: Scene) -> Section:
         torsion=shear_modulus * torsion_constant(b.breadth, b.width),
         bending_y=b.youngs_modulus * b.breadth * b.width ** 3 / 12.0,
         bending_z=b.youngs_modulus * b.width * b.breadth ** 3 / 12.0,
-        element_length=b.length / scene.solver.elements)
+        element_length=length / scene.solver.elements)
 
 
 def scheme_of(scene: Scene) -> Scheme:
@@ -57,11 +63,15 @@ def scheme_of(scene: Scene) -> Scheme:
     return make(solver.amplitude_decay, solver.tolerance)
 
 
-def local_error_of(scene: Scene, tolerance: float) -> float:
-    """Return the local error [m] that a step may have; tolerance: that of adaptive steps."""
+def local_error_of(scene: Scene, tolerance: float, length: float) -> float:
+    """
+    Return the local error [m] that a step of a bristle of that length [m] may have.
+
+    tolerance : float    that of adaptive steps
+    """
     if scene.solver.step != 'adaptive':
         tolerance = WORST_ERROR
-    return min(tolerance, WORST_ERROR) * scene.bristle.length
+    return min(tolerance, WORST_ERROR) * length
 
 
 def contact_law(scene: Scene) -> ContactLaw | None:
@@ -103,15 +113,15 @@ def drive_of(scene: Scene, time_step: float) -> Drive:
         time_step, scene.gutter.approach if scene.gutter.enabled else 0.0, table)
 
 
-def clamp_of(scene: Scene) -> NDArray[np.float64]:
+def clamp_of(row: Row) -> NDArray[np.float64]:
     """Return position and quaternion (w, x, y, z) of the clamp in the bristle's own axes: (7,)."""
-    phi, gamma = scene.brush.mount_angle, scene.brush.mount_orientation
+    phi, gamma = row.angle, row.orientation
     # x to (sin phi, 0, -cos phi) with y kept: a turn about y by pi/2 - phi; then gamma about x
     tilt = 0.5 * (math.pi / 2.0 - phi)
     lean = np.array([math.cos(tilt), 0.0, math.sin(tilt), 0.0])
     c, s = math.cos(0.5 * gamma), math.sin(0.5 * gamma)
     quaternion = np.array([c * lean[0], s * lean[0], c * lean[2], -s * lean[2]])
-    return np.concatenate(([scene.brush.mount_radius, 0.0, 0.0], quaternion))
+    return np.concatenate(([row.radius, 0.0, 0.0], quaternion))
 
 
 def _axes(q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -121,25 +131,30 @@ def _axes(q: NDArray[np.float64]) -> NDArray[np.float64]:
     return matrix.T
 
 
-def build_model(scene: Scene) -> Model:
-    """Return the Model of a scene."""
-    count = scene.brush.bristle_count
-    angles = 2.0 * math.pi * np.arange(count) / count
+def build_models(scene: Scene) -> tuple[Model, ...]:
+    """Return the Models of a scene, one for each row of its brush."""
+    return tuple(build_model(scene, row) for row in brush_rows(scene))
+
+
+def build_model(scene: Scene, row: Row | None = None) -> Model:
+    """Return the Model of a row of a scene's brush, by default of the first one."""
+    row = row or brush_rows(scene)[0]
+    angles = np.array(row.azimuths)
     azimuth = np.column_stack((np.cos(angles), np.sin(angles), np.cos(angles / 2.0),
                                np.sin(angles / 2.0)))
-    clamp = clamp_of(scene)
+    clamp = clamp_of(row)
     # of the two quaternions of each azimuth the one with which the tip's own starts with w >= 0
     azimuth[azimuth[:, 2] * clamp[3] - azimuth[:, 3] * clamp[6] < 0.0, 2:] *= -1.0
-    section = section_of(scene)
+    section = section_of(scene, row.length)
     b = scene.bristle
     return Model(
-        scene.solver.elements, block_count(scene.solver.elements), count,
+        scene.solver.elements, block_count(scene.solver.elements), row.count,
         scene.solver.integration_time_step, section, scheme_of(scene),
         drive_of(scene, scene.solver.time_step), drive_of(scene, 0.0), scene.damping.mass, azimuth,
         clamp, corner_factors(b.breadth, b.width, _axes(clamp[3:])),
         b.density * b.breadth * b.width * section.element_length / 6.0,
         float(scene.brush.wires_per_bristle), scene.solver.load_case == 'displacement',
-        local_error_of(scene, scene.solver.error_tolerance))
+        local_error_of(scene, scene.solver.error_tolerance, row.length))
 
 
 def _aligned(*shape: int) -> NDArray[np.float64]:
@@ -164,7 +179,7 @@ def new_scratch(model: Model) -> Scratch:
                    np.zeros(3, np.int64))
 
 
-def straight_nodes(scene: Scene, model: Model) -> NDArray[np.float64]:
+def straight_nodes(scene: Scene, row: Row, model: Model) -> NDArray[np.float64]:
     """Return the node array of one straight bristle at rest: (blocks, BLOCK), see layout.py."""
     nodes = np.zeros((model.blocks, ROWS, LANES))
     nodes[:, Q] = nodes[:, Q0] = 1.0
@@ -177,7 +192,7 @@ def straight_nodes(scene: Scene, model: Model) -> NDArray[np.float64]:
     about_y = b.density * b.breadth * b.width ** 3 / 12.0 * length
     about_z = b.density * b.width * b.breadth ** 3 / 12.0 * length
     inertia = np.array([about_y + about_z, about_y, about_z])
-    phi = scene.brush.mount_angle
+    phi = row.angle
     along = np.array([math.sin(phi), 0.0, -math.cos(phi)])
     for element in range(model.elements):
         block, lane = divmod(element, ELEMENTS)
@@ -220,15 +235,35 @@ def turn_nodes(state: State, angle: float) -> None:
     rows[:, X0:X0 + 7] = rows[:, X:X + 7]
 
 
-def build_state(scene: Scene, model: Model) -> State:
-    """Return the State before the start: straight, at theta = 0, accelerations not filled yet."""
-    nodes = _aligned(model.bristles, model.blocks, BLOCK)
-    nodes[...] = straight_nodes(scene, model)
-    return State(
-        nodes, _aligned(model.bristles, model.blocks, MIDS),
-        _aligned(model.bristles, model.elements, RECORD),
-        np.zeros((model.bristles, TIP)), np.zeros((model.bristles, COUNTS), np.int64),
-        start_motion(scene), np.zeros(1, np.int64), np.zeros((model.bristles, AUDIT)))
+def build_state(scene: Scene, *models: Model) -> State:
+    """
+    Return the State before the start: straight, at theta = 0, accelerations not filled yet.
+
+    models : Model    of all rows of the scene's brush, or of its first ones
+    """
+    bristles, blocks = sum(model.bristles for model in models), models[0].blocks
+    state = State(
+        _aligned(bristles, blocks, BLOCK), _aligned(bristles, blocks, MIDS),
+        _aligned(bristles, models[0].elements, RECORD),
+        np.zeros((bristles, TIP)), np.zeros((bristles, COUNTS), np.int64),
+        start_motion(scene), np.zeros(1, np.int64), np.zeros((bristles, AUDIT)))
+    for row, model, part in zip(brush_rows(scene), models, states_of(state, models)):
+        part.nodes[...] = straight_nodes(scene, row, model)
+    return state
+
+
+def rows_of(models: tuple[Model, ...]) -> list[slice]:
+    """Return which bristles each of the models has."""
+    ends = accumulate((model.bristles for model in models), initial=0)
+    return [slice(first, end) for first, end in pairwise(ends)]
+
+
+def states_of(state: State, models: tuple[Model, ...]) -> tuple[State, ...]:
+    """Return each model's part of a State: the same memory; motion and step are common."""
+    return tuple(state._replace(
+        **{name: getattr(state, name)[part]
+           for name in ('nodes', 'mids', 'chain', 'tip', 'counts', 'audit')})
+        for part in rows_of(models))
 
 
 def check_start(scene: Scene, gaps: NDArray[np.float64]) -> None:

@@ -7,7 +7,7 @@ of steps from counts that the kernels keep: watching costs a few microseconds a 
 from math import inf, pi
 from typing import TYPE_CHECKING, NamedTuple
 
-from bristle_ros.scene import Scene
+from bristle_ros.scene import Scene, widest
 import numpy as np
 
 from .batch_means import BatchMean
@@ -139,7 +139,7 @@ class RunWatch:
 
     def _polygon(self) -> RunWarning | None:
         every, solver = load_steps(self._scene), self._scene.solver
-        jump = self._scene.brush.mount_radius * self._speed ** 2 * solver.time_step
+        jump = widest(self._scene) * self._speed ** 2 * solver.time_step
         if not every or jump == 0.0:
             return None
         ring = ring_of(self._simulation.model.scheme, every, 1 + self._simulation.step // every)
@@ -213,7 +213,7 @@ class RunWatch:
 
     @property
     def _steps(self) -> int:
-        return self._simulation.step * self._scene.brush.bristle_count
+        return self._simulation.step * self._simulation.bristles
 
 
 def _mm(length: float) -> str:

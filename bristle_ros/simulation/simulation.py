@@ -13,14 +13,15 @@ from bristle_ros.physics.step import (AT_FINEST, CLAMP_INSIDE, FAILURES, initial
                                       NO_CONVERGENCE, NOT_FINITE, output, own_frame,
                                       SINGULAR_MATRIX, SPLIT, SUBSTEPS, UNFINISHED)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
-from bristle_ros.scene import Scene, spell, to_parameters
+from bristle_ros.scene import brush_rows, Scene, spell, to_parameters
 import numpy as np
 from numpy.typing import NDArray
 
 from .commands import check_command, Values
 from .equilibrium import settle_state
-from .model import (build_model, build_state, check_start, contact_law, local_error_of,
-                    new_scratch, turn_nodes, viscosity_of)
+from .model import (build_models, build_state, check_start, contact_law, local_error_of,
+                    new_scratch, rows_of, states_of, turn_nodes, viscosity_of)
+from .observe import observe_rows
 from .snapshot import ACCOUNTED, Snapshot
 from .stepper import Stepper
 
@@ -81,15 +82,16 @@ class Simulation:
         self.its = scene.solver.integration_time_step
         began = time.perf_counter()
         self._energies = energies
-        model = build_model(scene)
+        models = build_models(scene)
         self._law = contact_law(scene)
         self._viscosity = viscosity_of(scene)
-        self._scratch = new_scratch(model)
-        self._rows = np.zeros((model.bristles, output.BRISTLE_COLUMNS))
+        self._scratch = new_scratch(models[0])
+        self.bristles = sum(model.bristles for model in models)
+        self._rows = np.zeros((self.bristles, output.BRISTLE_COLUMNS))
         self._totals = np.zeros(output.TOTALS)
-        self.state = build_state(scene, model)
-        self._stepper = Stepper(model, self._law, self._viscosity, self.state, accounting=energies,
-                                threads=threads)
+        self.state = build_state(scene, *models)
+        self._stepper = Stepper(models, self._law, self._viscosity, self.state,
+                                accounting=energies, threads=threads)
         self._start: list[NDArray[np.float64] | NDArray[np.int64]] = []
         self._to_start()
         self._warm()
@@ -100,18 +102,27 @@ class Simulation:
         usual = to_parameters(Scene())
         keys = [f'{key}: {spell(value)}' for key, value in to_parameters(self.scene).items()
                 if value != usual[key]]
-        count = self.model.bristles
+        count = self.bristles
         return (f'<Simulation at t = {self.step * self.its:.9g} s, step {self.step}; {count} '
                 f'bristle{"s" * (count != 1)}; scene: {", ".join(keys) or "the default"}>')
 
     @property
     def model(self) -> Model:
-        """Return the Model being stepped; another of the same sizes may take its place."""
-        return self._stepper.model
+        """
+        Return the Model being stepped; another of the same sizes may take its place.
+
+        Where the brush has several rows, that of the first one: see `models`.
+        """
+        return self._stepper.models[0]
 
     @model.setter
     def model(self, model: Model) -> None:
-        self._stepper.model = model
+        self._stepper.models = model, *self._stepper.models[1:]
+
+    @property
+    def models(self) -> tuple[Model, ...]:
+        """Return the Models of all rows of the brush."""
+        return self._stepper.models
 
     @property
     def step(self) -> int:
@@ -141,10 +152,11 @@ class Simulation:
     def _to_start(self) -> None:
         steady = self.scene.solver.start == 'steady'
         if steady:
-            settle_state(self.scene, self.model, self.state, self._scratch)
+            settle_state(self.scene, self.models, self.state, self._scratch)
         if self.model.displacement:
             turn_nodes(self.state, self.scene.brush.start_angle)
-        initialise(self.model, self._viscosity, self.state, self._scratch)
+        for model, part in zip(self.models, states_of(self.state, self.models)):
+            initialise(model, self._viscosity, part, self._scratch)
         gaps = self._start_gaps()
         if not steady:
             check_start(self.scene, gaps)
@@ -154,9 +166,9 @@ class Simulation:
         """Return the tips' gaps to the road [m] (B,), and keep them in the tip records."""
         frame = self._scratch.frames[0]
         positions = self.centreline_own()[:, -1]
-        gaps = np.empty(self.model.bristles)
+        gaps = np.empty(self.bristles)
         surface = self._law and self._law.surface
-        for bristle, azimuth in enumerate(self.model.azimuth):
+        for bristle, azimuth in enumerate(self._azimuths()):
             own_frame(self.model, self.state.motion, azimuth, 0.0, self._scratch, frame)
             gaps[bristle] = frame[ROTATION + 6:ROTATION + 9] @ positions[bristle] + frame[HEIGHT]
             if surface is not None:
@@ -166,6 +178,10 @@ class Simulation:
                                        self._scratch.contact[8])[0]
         self.state.tip[:, GAP] = gaps
         return gaps
+
+    def _azimuths(self) -> NDArray[np.float64]:
+        """Return cosine and sine of each bristle's azimuth, and of half of it: (B, 4)."""
+        return np.concatenate([model.azimuth for model in self.models])
 
     def _warm(self) -> None:
         """Compile by taking no step and one look; neither changes the state."""
@@ -192,7 +208,7 @@ class Simulation:
         if status:
             step = self.step
             reason = REASONS[status] if self._loads_finite(step) else LOADS
-            if self.model.bristles > 1:
+            if self.bristles > 1:
                 reason = f'bristle {bristle}: {reason}'
             raise StepFailure(step * self.its, step, reason)
 
@@ -218,7 +234,9 @@ class Simulation:
 
         No step may have more than model.WORST_ERROR.
         """
-        self.model = self.model._replace(local_error=local_error_of(self.scene, tolerance))
+        self._stepper.models = tuple(
+            model._replace(local_error=local_error_of(self.scene, tolerance, row.length))
+            for model, row in zip(self.models, brush_rows(self.scene)))
 
     def check_command(self, topic: str, values: Values) -> None:
         """Raise CommandRefused where `command` would; change nothing."""
@@ -298,8 +316,8 @@ class Simulation:
                 float(motion[MOVED + 1]) - (s * x + c * y) + self.kerb_offset(), heading)
 
     def _observe(self) -> None:
-        output.observe(self.model, self._law, self._viscosity, self.state, self._scratch,
-                       self._rows, self._totals)
+        observe_rows(self.models, self._law, self._viscosity, self.state, self._scratch,
+                     self._rows, self._totals)
 
     def snapshot(self) -> Snapshot:
         """Return the outputs of the present state as a Snapshot of its own arrays."""
@@ -311,7 +329,9 @@ class Simulation:
                 numbers[..., columns[name]] = math.nan
         found: dict[str, Any] = {name: rows[:, place] for name, place in _BRISTLE.items()}
         found |= {name: totals[place] for name, place in _BRUSH.items()}
-        found['error_estimate'] = float(found['error_estimate'].max()) / self.scene.bristle.length
+        found['error_estimate'] = max(
+            float(found['error_estimate'][part].max()) / row.length
+            for part, row in zip(rows_of(self.models), brush_rows(self.scene)))
         counts = self.state.counts.sum(axis=0)
         return Snapshot(step=self.step, t=self.step * self.its,
                         newton_iterations=int(counts[NEWTON]), substeps=int(counts[SUBSTEPS]),
@@ -323,12 +343,13 @@ class Simulation:
 
     def centreline_own(self) -> NDArray[np.float64]:
         """Return the nodes from clamp to tip in each bristle's own axes [m]: (B, nodes, 3)."""
-        nodes = self.state.nodes.reshape(self.model.bristles, self.model.blocks, ROWS, LANES)
+        nodes = self.state.nodes.reshape(self.bristles, self.model.blocks, ROWS, LANES)
         positions = nodes[:, :, X:X + 3, :]
-        mids = positions[..., :ELEMENTS].transpose(0, 1, 3, 2).reshape(self.model.bristles, -1, 3)
-        ends = positions[..., ELEMENTS:].transpose(0, 1, 3, 2).reshape(self.model.bristles, -1, 3)
-        line = np.empty((self.model.bristles, 2 * self.model.elements + 1, 3))
-        line[:, 0] = self.model.clamp[:3]
+        mids = positions[..., :ELEMENTS].transpose(0, 1, 3, 2).reshape(self.bristles, -1, 3)
+        ends = positions[..., ELEMENTS:].transpose(0, 1, 3, 2).reshape(self.bristles, -1, 3)
+        line = np.empty((self.bristles, 2 * self.model.elements + 1, 3))
+        for part, model in zip(rows_of(self.models), self.models):
+            line[part, 0] = model.clamp[:3]
         line[:, 1::2] = mids[:, :self.model.elements]
         line[:, 2::2] = ends[:, :self.model.elements]
         return line
@@ -338,10 +359,16 @@ class Simulation:
         self._observe()
         theta = self._totals[output.ANGLE]
         c, s = math.cos(theta), math.sin(theta)
-        cosine = c * self.model.azimuth[:, 0] - s * self.model.azimuth[:, 1]
-        sine = s * self.model.azimuth[:, 0] + c * self.model.azimuth[:, 1]
+        azimuth = self._azimuths()
+        cosine = (c * azimuth[:, 0] - s * azimuth[:, 1])[:, None]
+        sine = (s * azimuth[:, 0] + c * azimuth[:, 1])[:, None]
         own = self.centreline_own()
         turned = own.copy()
-        turned[..., 0] = cosine[:, None] * own[..., 0] - sine[:, None] * own[..., 1]
-        turned[..., 1] = sine[:, None] * own[..., 0] + cosine[:, None] * own[..., 1]
+        turned[..., 0] = cosine * own[..., 0] - sine * own[..., 1]
+        turned[..., 1] = sine * own[..., 0] + cosine * own[..., 1]
+        if self.model.displacement:     # all but the clamp have turned with the brush already
+            cosine, sine = azimuth[:, :1], azimuth[:, 1:2]
+            x, y = own[:, 1:, 0], own[:, 1:, 1]
+            turned[:, 1:, 0] = cosine * x - sine * y
+            turned[:, 1:, 1] = sine * x + cosine * y
         return turned

@@ -11,7 +11,7 @@ from bristle_ros.physics.step import (advance, advance_alone, BATCH, fill_frames
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import new_scratch
+from .model import new_scratch, rows_of, states_of
 
 CHECKPOINT = 200    # steps from one checkpoint to the next: copying is a few steps' work
 SHARE = 2   # bristles that a thread must get at least, to be worth waking
@@ -26,31 +26,37 @@ class Stepper:
 
     Bristles feel the brush's motion and the road, not each other, so each makes all steps of a
     batch before the next one begins: its matrices stay in the cache, and threads take one after
-    the other from a queue. When one fails, the others are past that step already: the state goes
-    back to the last checkpoint and comes again as far as the failed step.
+    the other from a queue. Kernels know one row of a brush at a time: each has its model, its part
+    of the state and its queue. When one bristle fails, others are past that step already: the
+    state goes back to the last checkpoint and comes again as far as the failed step.
     """
 
-    def __init__(self, model: Model, law: ContactLaw | None, viscosity: float | None, state: State,
-                 *, accounting: bool = False, threads: int | None = None) -> None:
+    def __init__(self, models: tuple[Model, ...], law: ContactLaw | None,
+                 viscosity: float | None, state: State, *, accounting: bool = False,
+                 threads: int | None = None) -> None:
         """
-        Take model, law and viscosity as kernels do.
+        Take law and viscosity as kernels do, and the model of each row.
 
         accounting: keep the energy accounts; threads: None for what the machine has.
         """
-        self.model = model
+        self.models = models
         self._features = law, viscosity, state.audit if accounting else None
         self._state = state
         available = threads or len(os.sched_getaffinity(0))
-        self.threads = max(1, min(available, model.bristles // SHARE))
-        self._queue = np.zeros(1, np.int64)
-        first = new_scratch(model)
-        self._scratch = [first, *(new_scratch(model)._replace(table=first.table)
-                                  for _ in range(self.threads - 1))]
+        self._states = states_of(state, models)
+        self._firsts = [part.start for part in rows_of(models)]
+        self._bristles = len(state.nodes)
+        self.threads = max(1, min(available, self._bristles // SHARE))
+        self._queues = np.zeros((len(models), 1), np.int64)
+        # each thread's, for each row: frames have the row's clamp
+        tables = [new_scratch(model).table for model in models]
+        self._scratch = [[new_scratch(model)._replace(table=table)
+                          for model, table in zip(models, tables)] for _ in range(self.threads)]
         self._begin_extremes(True)
         self._pool: ThreadPoolExecutor | None = None
         self._checkpoint: list[NDArray[Any]] = []
-        # what was advanced since: (steps, motion, model, fresh) of each batch
-        self._since: list[tuple[int, NDArray[np.float64], Model, bool]] = []
+        # what was advanced since: (steps, motion, models, fresh) of each batch
+        self._since: list[tuple[int, NDArray[np.float64], tuple[Model, ...], bool]] = []
         self._fresh = True  # the extremes of the stress begin with the next step
 
     def advance(self, steps: int) -> tuple[int, int]:
@@ -61,7 +67,7 @@ class Stepper:
         """
         if steps == 0:
             return 0, 0
-        if self.model.bristles == 1:
+        if self._bristles == 1:
             self._begin_extremes(self._fresh)
             self._fresh = False
             return self._alone(steps), 0
@@ -75,14 +81,14 @@ class Stepper:
 
     def warm(self) -> None:
         """Compile what stepping needs by taking no step."""
-        if self.model.bristles == 1:
+        if self._bristles == 1:
             self._alone(0)
         else:
             self._run(0)
 
     def _alone(self, steps: int) -> int:
-        status: int = advance_alone(self.model, *self._features, self._state, self._scratch[0],
-                                    steps)
+        status: int = advance_alone(self.models[0], *self._features, self._state,
+                                    self._scratch[0][0], steps)
         return status
 
     def forget(self) -> None:
@@ -105,7 +111,7 @@ class Stepper:
                 self._checkpoint = [np.empty_like(array) for array in self._state]
             _copy(self._state, self._checkpoint)
             self._since = []
-        self._since.append((steps, self._state.motion.copy(), self.model, self._fresh))
+        self._since.append((steps, self._state.motion.copy(), self.models, self._fresh))
         self._begin_extremes(self._fresh)
         self._fresh = False
         failure: tuple[int, int] | None = None
@@ -122,35 +128,40 @@ class Stepper:
     def _again(self) -> Failure | None:
         """Make the steps since the checkpoint once more; the outcome of the last batch."""
         failed = None
-        for steps, motion, model, fresh in self._since:
+        for steps, motion, models, fresh in self._since:
             self._begin_extremes(fresh)
             self._state.motion[:] = motion
-            self.model = model
+            self.models = models
             failed = self._run(steps)
         return failed
 
     def _run(self, steps: int) -> Failure | None:
         """Make the steps from now on; None, or (step, status, bristle) of a failure."""
-        fill_frames(self.model, self._features[0], self._state, self._scratch[0], steps)
+        for model, state, scratch in zip(self.models, self._states, self._scratch[0]):
+            fill_frames(model, self._features[0], state, scratch, steps)
         if self.threads > 1 and self._pool is None:
             self._pool = ThreadPoolExecutor(self.threads - 1, 'stepper')
-        self._queue[0] = 0
+        self._queues[:] = 0
         others = [self._pool.submit(self._work, scratch, steps)
                   for scratch in self._scratch[1:]] if self._pool else []
         failures = [self._work(self._scratch[0], steps), *(other.result() for other in others)]
         failed = min(filter(None, failures), default=None)
         if failed is None:
-            keep_place(self._scratch[0].table, self._state.motion, steps)
+            keep_place(self._scratch[0][0].table, self._state.motion, steps)
             self._state.step[0] += steps
         return failed
 
-    def _work(self, scratch: Scratch, steps: int) -> Failure | None:
+    def _work(self, scratches: list[Scratch], steps: int) -> Failure | None:
         """Take bristles until none is left; None, or (step, status, bristle) of a failure."""
-        status = advance(self.model, *self._features, self._state, scratch, self._queue,
-                         steps)
-        if status:
-            return int(scratch.failed[1]), status, int(scratch.failed[2])
-        return None
+        law, viscosity, audit = self._features
+        found: list[Failure] = []
+        for model, state, scratch, queue, first in zip(
+                self.models, self._states, scratches, self._queues, self._firsts):
+            status = advance(model, law, viscosity, None if audit is None else state.audit, state,
+                             scratch, queue, steps)
+            if status:
+                found.append((int(scratch.failed[1]), status, first + int(scratch.failed[2])))
+        return min(found, default=None)
 
 
 def _copy(source: Iterable[NDArray[Any]], into: Iterable[NDArray[Any]]) -> None:

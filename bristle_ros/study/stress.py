@@ -1,6 +1,7 @@
 """Axial stress in a wire at its clamp, and how long it lasts under that."""
 import math
 
+from bristle_ros.scene import brush_rows
 import numpy as np
 import rainflow
 
@@ -19,16 +20,17 @@ def clamp_stress(history, scene):
 
     Source: Euler-Bernoulli bending, Timoshenko, Strength of Materials I (1955), art. 23, 47.
     """
-    brush, bristle = scene.brush, scene.bristle
-    t1, t2 = bristle.breadth, bristle.width
-    azimuth = 2.0 * math.pi * np.arange(brush.bristle_count) / brush.bristle_count
-    c, s = np.cos(azimuth)[:, None], np.sin(azimuth)[:, None]
+    t1, t2 = scene.bristle.breadth, scene.bristle.width
+    azimuth, lean, turn = np.array([
+        (azimuth, row.angle, row.orientation)
+        for row in brush_rows(scene) for azimuth in row.azimuths]).T[..., None]
+    c, s = np.cos(azimuth), np.sin(azimuth)
     radial, tangential, axial = (np.hstack(parts) for parts in (
         (c, s, 0 * c), (-s, c, 0 * c), (0 * c, 0 * c, 1 + 0 * c)))
-    sine, cosine = math.sin(brush.mount_angle), math.cos(brush.mount_angle)
+    sine, cosine = np.sin(lean), np.cos(lean)
     x = sine * radial - cosine * axial
     z0 = cosine * radial + sine * axial
-    turn_c, turn_s = math.cos(brush.mount_orientation), math.sin(brush.mount_orientation)
+    turn_c, turn_s = np.cos(turn), np.sin(turn)
     y = turn_c * tangential + turn_s * z0
     z = turn_c * z0 - turn_s * tangential
     along = np.einsum('nbi,bi->nb', history.mount_force, x) / (t1 * t2)

@@ -195,7 +195,7 @@ def _keep(given, scene, factors, source):
         if name not in CURVES:
             raise SceneError(f'must be among {", ".join(CURVES)}', key='keep', value=name,
                              source=source)
-    shapes = {'brush.bristle_count', 'solver.integration_time_step'}
+    shapes = {'brush.bristle_count', 'brush.row_counts', 'solver.integration_time_step'}
     varied = shapes & {factor.key for factor in factors}
     if names and ('turns' in given or varied):
         raise SceneError('curves of all runs must have one length: give duration, and do not vary '

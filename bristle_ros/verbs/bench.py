@@ -84,7 +84,7 @@ def measure(simulation, duration=DURATION, repeats=REPEATS, clock=time.perf_coun
         'compile_time': simulation.compile_time,
         'step_us': 1e6 * wall / steps,
         'newton_us': 1e6 * wall / newton if newton else None,
-        'newton_per_step': newton / steps / simulation.scene.brush.bristle_count,
+        'newton_per_step': newton / steps / simulation.bristles,
         'substeps': snapshot.substeps,
         'chunk_time_s': {name: percentile(walls, share) for name, share in (
             ('p50', 0.50), ('p95', 0.95), ('p99', 0.99), ('max', 1.0))},
@@ -94,7 +94,7 @@ def measure(simulation, duration=DURATION, repeats=REPEATS, clock=time.perf_coun
         'steps': steps,
         'simulated_s': steps * its,
         'chunk_s': chunk * its,
-        'bristles': simulation.scene.brush.bristle_count,
+        'bristles': simulation.bristles,
         'error_estimate': estimate if math.isfinite(estimate) else None,
         'repeats': repeats,
         'calibration_s': calibration,

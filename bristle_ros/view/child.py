@@ -11,6 +11,8 @@ import signal
 import threading
 import time
 
+from bristle_ros.scene import bristle_count
+
 from .frame import frame_of, row_of, Status, tracked, trail_of
 
 RATE = 30.0         # [Hz] of frames, at most
@@ -25,7 +27,7 @@ class Outbox:
 
     def __init__(self, connection, scene):
         self._connection, self._scene = connection, scene
-        self._tracked = tracked(scene.brush.bristle_count)
+        self._tracked = tracked(bristle_count(scene))
         self._rows = deque(maxlen=KEPT)
         self._frame, self._wanted, self._due = None, True, 0.0
 

@@ -2,7 +2,7 @@
 import math
 from typing import NamedTuple
 
-from bristle_ros.scene import tip_depth
+from bristle_ros.scene import brush_rows, tip_depth
 import numpy as np
 
 TRACKED = 13    # bristles whose tips leave a trail, at most
@@ -97,15 +97,16 @@ def resting_pose(scene):
 
 def straight(scene, theta):
     """Return the undeformed wires at an angle of the brush [m]: (B, 2, 3), mount axes."""
-    brush, length = scene.brush, scene.bristle.length
-    azimuth = theta + 2.0 * math.pi * np.arange(brush.bristle_count) / brush.bristle_count
-    ends = np.array([brush.mount_radius,
-                     brush.mount_radius + length * math.sin(brush.mount_angle)])
-    lines = np.empty((brush.bristle_count, 2, 3))
-    lines[..., 0] = np.cos(azimuth)[:, None] * ends
-    lines[..., 1] = np.sin(azimuth)[:, None] * ends
-    lines[..., 2] = 0.0, -length * math.cos(brush.mount_angle)
-    return lines
+    circles = []
+    for row in brush_rows(scene):
+        azimuth = theta + np.array(row.azimuths)
+        ends = np.array([row.radius, row.tip_radius])
+        lines = np.empty((row.count, 2, 3))
+        lines[..., 0] = np.cos(azimuth)[:, None] * ends
+        lines[..., 1] = np.sin(azimuth)[:, None] * ends
+        lines[..., 2] = 0.0, -row.tip_depth
+        circles.append(lines)
+    return np.concatenate(circles)
 
 
 def rotation_of(quaternion):

@@ -3,7 +3,7 @@ import time
 
 from bristle_ros.log import scene_of
 from bristle_ros.messages import decode_diagnostics, encode as messages, TOPICS, view
-from bristle_ros.scene import SceneError
+from bristle_ros.scene import bristle_count, SceneError
 from bristle_ros.simulation import check_command
 import numpy as np
 
@@ -38,7 +38,7 @@ class NodeSource:
         position, orientation = resting_pose(scene)
         self._pose, self._theta, self._wrench = (*position, *orientation), 0.0, np.zeros(3)
         self._omega = self._factor = 0.0
-        self._tracked = tracked(scene.brush.bristle_count)
+        self._tracked = tracked(bristle_count(scene))
         self.scene = scene
 
     def update(self):

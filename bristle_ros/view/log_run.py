@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from bristle_ros.log import read_commands, Recording
 from bristle_ros.messages import TOPICS, transforms_topic
-from bristle_ros.scene import Scene, SceneError
+from bristle_ros.scene import bristle_count, Scene, SceneError
 import numpy as np
 
 from .frame import COLUMNS, Frame, frame_of, resting_pose, rotation_of, tracked, trail_of
@@ -116,7 +116,7 @@ class LogRun:
         driver = Driver(Simulation(scene), paced=False)
         driver.mount = MountPath(scene)
         driver.schedule([event for _, event in read_commands(self._path, driver.its)])
-        bristles, batch = tracked(scene.brush.bristle_count), []
+        bristles, batch = tracked(bristle_count(scene)), []
         for chunk in _chunks(driver, self._logged.duration, _stride(scene, self._logged)):
             batch.append((frame_of(chunk.last, driver.simulation.centreline(), chunk.mount),
                           trail_of(chunk.last, chunk.mount, bristles)))
@@ -128,7 +128,7 @@ class LogRun:
 
 def _stride(scene, logged):
     """Return which of the chunks are kept, every first, second, ..."""
-    nodes = scene.brush.bristle_count * (2 * scene.solver.elements + 1)
+    nodes = bristle_count(scene) * (2 * scene.solver.elements + 1)
     kept = max(100, min(FRAMES, MEMORY // (12 * nodes)))
     return -(-round(logged.duration / scene.run.chunk) // kept) or 1
 

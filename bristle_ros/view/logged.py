@@ -4,6 +4,7 @@ from pathlib import Path
 import time
 
 from bristle_ros.log import Recording
+from bristle_ros.scene import bristle_count
 import numpy as np
 
 from . import log_run
@@ -96,7 +97,7 @@ class LogSource:
 
     def _trail(self, begin):
         low, high = bisect_right(self._times, begin), bisect_right(self._times, self._t + 1e-9)
-        points = len(tracked(self.scene.brush.bristle_count))
+        points = len(tracked(bristle_count(self.scene)))
         return np.array(self._trails[low:high]).reshape(high - low, points, 3)
 
     def _status(self):

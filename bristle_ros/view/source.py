@@ -3,7 +3,7 @@ from collections import deque
 import multiprocessing
 import threading
 
-from bristle_ros.scene import SceneError
+from bristle_ros.scene import bristle_count, SceneError
 from bristle_ros.simulation import check_command
 import numpy as np
 
@@ -116,7 +116,7 @@ class SceneSource:
 
 def update_of(frame, rows, status, scene):
     """Return the Update of rows (row, trail) as they came."""
-    points = len(tracked(scene.brush.bristle_count))
+    points = len(tracked(bristle_count(scene)))
     return Update(
         frame, np.array([row for row, _ in rows]).reshape(len(rows), len(COLUMNS)),
         np.array([trail for _, trail in rows]).reshape(len(rows), points, 3), status)

@@ -7,6 +7,7 @@ camera need not follow. Only what changes is sent: two positions and three array
 from collections import deque
 import math
 
+from bristle_ros.scene import bristle_count, brush_rows, longest, reach, widest
 import numpy as np
 
 from . import colours
@@ -27,9 +28,8 @@ class Stage:
         """Put everything there; the brush itself comes with the first frame."""
         self._scene, self._nodes = scene, server.scene
         self._server = server
-        brush, length = scene.brush, scene.bristle.length
-        self._reach = brush.mount_radius + length * math.sin(brush.mount_angle)
-        self._depth = length * math.cos(brush.mount_angle)
+        self._longest, self._reach = longest(scene), reach(scene)
+        self._depth = max(row.tip_depth for row in brush_rows(scene))
         self._mount = self._nodes.add_frame('/mount', show_axes=False)
         self._board = self._nodes.add_frame('/mount/board', show_axes=False)
         self._put_board()
@@ -37,7 +37,7 @@ class Stage:
         self._wires = self._arrows = self._trails = None
         self.largest = 0.0      # [N] or [Pa] where the scale of colours ends
         self.by_stress = False  # colour wires by the stress at their clamps, not by force
-        self._trail, self._tracked = deque(maxlen=TRAIL), len(tracked(brush.bristle_count))
+        self._trail, self._tracked = deque(maxlen=TRAIL), len(tracked(bristle_count(scene)))
         self._place_camera()
 
     def _place_camera(self):
@@ -47,7 +47,7 @@ class Stage:
         self._server.initial_camera.look_at = (0.0, 0.0, 0.45 * self._depth)
 
     def _put_board(self):
-        radius = max(self._scene.brush.mount_radius, 0.02)
+        radius = max(widest(self._scene), 0.02)
         thick = 0.08 * radius
         self._nodes.add_cylinder('/mount/board/disc', radius * 1.06, thick, colours.BOARD,
                                  radial_segments=64, position=(0.0, 0.0, 0.5 * thick))
@@ -90,7 +90,7 @@ class Stage:
                                  else np.tile(colours.UNKNOWN, (len(line), 1)))
         pairs = np.repeat(shade, 2 * (line.shape[1] - 1), axis=0).reshape(-1, 2, 3)
         if self._wires is None or self._wires.points.shape != points.shape:
-            thick = 1.2 * max(self._scene.bristle.breadth, 0.004 * self._scene.bristle.length)
+            thick = 1.2 * max(self._scene.bristle.breadth, 0.004 * self._longest)
             self._wires = self._nodes.add_line_segments(
                 '/mount/wires', points, pairs, thickness=thick)
         else:
@@ -108,7 +108,7 @@ class Stage:
         wires = self._scene.brush.wires_per_bristle
         size = wires * np.sqrt(np.einsum('ij,ij->i', frame.force, frame.force))
         there = size > 0.0
-        longest = LONGEST * self._scene.bristle.length
+        longest = LONGEST * self._longest
         scale = wires * FORCE_SCALE * np.minimum(
             1.0, longest / np.maximum(FORCE_SCALE * size[there], 1e-30))
         tips = frame.centreline[there, -1]
@@ -116,7 +116,7 @@ class Stage:
         if self._arrows is None:
             if not len(points):
                 return
-            thick = 0.006 * self._scene.bristle.length
+            thick = 0.006 * self._longest
             self._arrows = self._nodes.add_arrows(
                 '/mount/forces', points, colours.ARROW, shaft_radius=thick,
                 head_radius=2.6 * thick, head_length=7.0 * thick)
@@ -149,7 +149,7 @@ class Stage:
             shade = np.repeat(colours.of_lines(shade), 2 * self._tracked, axis=0)
             self._trails = self._nodes.add_line_segments(
                 '/trails', pairs, shade.reshape(-1, 2, 3),
-                thickness=0.005 * self._scene.bristle.length)
+                thickness=0.005 * self._longest)
         else:
             self._trails.points = pairs
 

@@ -223,17 +223,20 @@ def test_pause_step_reset(scene, user):
 
 def test_parameters(scene, user):
     factor = 'run.real_time_factor'
-    with Brush(scene, 'run.real_time_factor:=2', 'road.attack_angle:=0') as brush:
+    with Brush(scene, 'run.real_time_factor:=2', 'road.attack_angle:=0',
+               'brush.row_offsets:=[0.0, 1.0]') as brush:
         states = user.listen(JointState, 'joint_states')
         user.until(lambda: states, 'joint_states')
         (described,) = user.call(DescribeParameters, 'brush_node/describe_parameters',
                                  names=['bristle.length']).descriptors
         assert described.floating_point_range[0].from_value > 0.0
         values = user.call(GetParameters, 'brush_node/get_parameters',
-                           names=[factor, 'brush.bristle_count', 'sweeper.velocity']).values
+                           names=[factor, 'brush.bristle_count', 'sweeper.velocity',
+                                  'brush.row_offsets']).values
         assert values[0].double_value == 2.0
         assert values[1].integer_value == 2
         assert list(values[2].double_array_value) == [0.0, 0.0]
+        assert list(values[3].double_array_value) == [0.0, 1.0]
 
         def set_to(name, **value):
             parameter = Parameter(name=name, value=ParameterValue(**value))
@@ -247,6 +250,9 @@ def test_parameters(scene, user):
         assert not set_to(factor, type=ParameterType.PARAMETER_STRING, string_value='a').successful
         fixed = set_to('bristle.length', type=ParameterType.PARAMETER_DOUBLE, double_value=0.2)
         assert 'fixed while the node is configured' in fixed.reason
+        none_yet = set_to('brush.row_radii', type=ParameterType.PARAMETER_DOUBLE_ARRAY,
+                          double_array_value=[0.1, 0.12])
+        assert 'fixed while the node is configured' in none_yet.reason
         assert brush.end()[0] == 0
 
 

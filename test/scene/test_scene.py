@@ -4,6 +4,7 @@ import math
 import pickle
 
 from bristle_ros.scene.error import SceneError, spell
+from bristle_ros.scene.rows import bristle_count, brush_rows
 from bristle_ros.scene.scene import (from_arguments, from_parameters, keys, load, Scene, steps,
                                      to_parameters, to_yaml)
 from bristle_ros.scene.sections import Bristle, Brush, Contact, Drive, Solver
@@ -14,7 +15,7 @@ TOP = '/**:\n  ros__parameters:\n'
 # Every key and its default, as the documentation promises them.
 DEFAULTS = """
 bristle: {length: 0.240, breadth: 0.002, width: 0.0005, youngs_modulus: 2.07e11, poissons_ratio: 0.3, density: 7800.0, yield_stress: 1.5e9}
-brush: {mount_radius: 0.1125, mount_angle: 0.4537856, mount_orientation: 0.0, bristle_count: 1, wires_per_bristle: 1, start_angle: 0.0}
+brush: {mount_radius: 0.1125, mount_angle: 0.4537856, mount_orientation: 0.0, bristle_count: 1, wires_per_bristle: 1, start_angle: 0.0, row_radii: [], row_angles: [], row_lengths: [], row_orientations: [], row_counts: [], row_offsets: []}
 road: {attack_angle: 0.0, tilt_azimuth: 0.0, penetration: 0.005, approach_time: 0.02, max_rate: 0.2, grade: 0.0, cross_slope: 0.0}
 gutter: {enabled: false, kerb_distance: 0.30, approach: 0.0, channel_width: 0.25, channel_slope: 0.174533, kerb_height: 0.125, kerb_batter: 0.20944, lip_radius: 0.05, foot_radius: 0.010, edge_radius: 0.015, friction_static: -1.0, friction_kinetic: -1.0, friction_decay: -1.0}
 profile: {kind: none, amplitude: 0.003, wavelength: 0.060, phase: 0.0, roughness_class: C, shortest: 0.005, longest: 1.0, bands: 400, seed: 1, file: ""}
@@ -88,6 +89,31 @@ def test_defaults_are_the_documented_ones(tmp_path):
      'scene.yaml:3: brush.bristle_count = 0: must be a whole number from 1 to 1000'),
     ('brush: {bristle_count: .inf}',
      'scene.yaml:3: brush.bristle_count = .inf: must be a whole number from 1 to 1000'),
+    ('brush: {row_radii: 0.1}', 'scene.yaml:3: brush.row_radii = 0.1: must be a list of numbers '
+     'from 0 to 10 m'),
+    ('brush: {row_radii: "0.1"}', 'scene.yaml:3: brush.row_radii = "0.1": must be a list of '
+     'numbers from 0 to 10 m'),
+    ('brush: {row_lengths: [0.2, .nan]}', 'scene.yaml:3: brush.row_lengths = [0.2, .nan]: must be '
+     'a list of numbers from 0.001 to 10 m'),
+    ('brush: {row_counts: [3.5, 2.0]}', 'scene.yaml:3: brush.row_counts = [3.5, 2.0]: must be a '
+     'list of whole numbers from 1 to 1000'),
+    ('brush: {row_counts: [0, 2]}', 'scene.yaml:3: brush.row_counts = [0, 2]: must be a list of '
+     'whole numbers from 1 to 1000'),
+    ('brush: {row_radii: [0.1, 0.12], row_angles: [0.4, 0.5, 0.6]}',
+     'scene.yaml:3: brush.row_angles = [0.4, 0.5, 0.6]: 3 rows, but brush.row_radii has 2: give '
+     'one entry a row'),
+    ('brush: {row_offsets: [0.1, 0.2]}', 'scene.yaml:3: brush.row_offsets = [0.1, 0.2]: offsets '
+     'are counted from the first bristle of the first row: begin with 0.0, and turn the brush by '
+     'brush.start_angle'),
+    ('brush: {row_counts: [600, 600]}',
+     'scene.yaml:3: brush.row_counts = [600, 600]: 1200 bristles in all: give at most 1000'),
+    ('brush: {bristle_count: 600, row_radii: [0.1, 0.2]}',
+     'scene.yaml:3: brush.bristle_count = 600: 1200 bristles in all: give at most 1000'),
+    ('bristle: {length: 0.2}\n    brush: {row_lengths: [0.2, 0.24]}', 'scene.yaml:3: '
+     'bristle.length = 0.2: brush.row_lengths has one for each row: leave this out'),
+    ('brush: {row_radii: [0.1, 0.12]}\n    road: {attack_angle: 0.5, penetration: 0.25}',
+     'scene.yaml:4: road.penetration = 0.25: would bring a clamp to the road or below it: stay '
+     'below 0.239744 m, which is how far the lowest undeformed tip is below its clamp'),
     ('contact: {normal_stiffness: 0}', 'scene.yaml:3: contact.normal_stiffness = 0: '
      'must be a number at least 1 N/m (.inf is allowed)'),
     ('contact: {enabled: 1}', 'scene.yaml:3: contact.enabled = 1: must be true or false'),
@@ -294,15 +320,30 @@ def value_of(key):
     letters = st.text(st.characters(exclude_categories=['Cs'], min_codepoint=32))
     return {'float': number, 'pair': st.tuples(number, number), 'bool': st.booleans(),
             'int': st.integers(int(max(key.minimum, 1)), int(min(key.maximum, 1e5))),
+            'numbers': st.tuples(number, number), 'counts': st.tuples(*2 * [st.integers(1, 500)]),
             'str': letters}[key.kind]
+
+
+ROWS = {key.name: value_of(key) for key in keys() if key.name.startswith('brush.row_')}
+ROWS['brush.row_offsets'] = st.tuples(st.just(0.0), st.floats(-1e6, 1e6))
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(st.fixed_dictionaries({'contact.enabled': st.just(False)}, optional=ROWS))
+def test_any_rows_survive_their_own_yaml(tmp_path, values):
+    scene = from_parameters(values, 'test')
+    assert load(write(tmp_path, to_yaml(scene))) == scene
+    assert from_parameters(to_parameters(scene), 'test') == scene
+    assert len(brush_rows(scene)) == (2 if len(values) > 1 else 1)
+    assert bristle_count(scene) == sum(len(row.azimuths) for row in brush_rows(scene))
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
           deadline=None)
 @given(st.fixed_dictionaries({}, optional={
     key.name: value_of(key) for key in keys()
-    if key.name not in ('solver.time_step', 'solver.integration_time_step', 'run.chunk',
-                        'run.sample')}))
+    if key.name not in ROWS and key.name not in (
+        'solver.time_step', 'solver.integration_time_step', 'run.chunk', 'run.sample')}))
 def test_any_scene_survives_its_own_yaml(tmp_path, values):
     try:
         scene = from_parameters(values, 'test')

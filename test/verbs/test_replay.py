@@ -19,7 +19,7 @@ from bristle_ros.log.writer import Log
 from bristle_ros.messages import encode as messages, view as messages_view
 from bristle_ros.realtime.driver import Driver, Event
 from bristle_ros.scene.error import SceneError
-from bristle_ros.scene.scene import from_parameters
+from bristle_ros.scene.scene import from_parameters, to_parameters
 from bristle_ros.simulation.mount_path import MountPath
 from bristle_ros.simulation.simulation import Simulation, StepFailure
 from bristle_ros.verbs import replay, verify as verify_module
@@ -132,6 +132,14 @@ def test_the_log_of_a_run_is_identical(logged, capsys):
     for path in (logged, logged / 'run1_0.mcap'):
         assert main(['replay', str(path), '--verify']) == 0
         assert 'identical' in capsys.readouterr().out
+
+
+def test_the_log_of_a_brush_of_rows_is_identical(tmp_path):
+    scene = from_parameters({
+        **to_parameters(SCENE), 'brush.bristle_count': 1, 'brush.row_counts': [2, 1],
+        'brush.row_radii': [0.1, 0.11], 'brush.row_lengths': [0.24, 0.25]}, 'test')
+    run(tmp_path / 'a.mcap', scene)
+    assert verify(tmp_path / 'a.mcap')[:3] == ('', WHOLE, len(COMMANDS))
 
 
 def test_the_wall_as_origin_of_time_changes_no_bit(tmp_path):

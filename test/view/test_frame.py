@@ -91,6 +91,15 @@ def test_straight_wires_end_at_the_depth_of_the_scene(scene):
     assert tip_depth(scene) - position[2] == pytest.approx(scene.road.penetration)
 
 
+def test_straight_wires_of_rows_are_those_of_the_simulation():
+    rows = from_parameters({
+        'brush.row_radii': [0.1, 0.12], 'brush.row_angles': [0.4, 0.5], 'brush.start_angle': 0.3,
+        'brush.row_lengths': [0.24, 0.22], 'brush.row_counts': [2, 3], 'solver.elements': 1,
+        'brush.row_offsets': [0.0, 0.2], 'contact.enabled': False}, 'test')
+    np.testing.assert_allclose(straight(rows, 0.3), Simulation(rows).centreline()[:, ::2],
+                               atol=1e-12)
+
+
 def test_the_resting_pose_is_that_of_the_mount(scene):
     driver = Driver(Simulation(scene), paced=False)
     pose = MountPath(scene).follow(driver.simulation, 0)
