@@ -10,6 +10,7 @@ from matplotlib import pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 from bristle_ros.physics.contact.surface import gap_at, profile_height  # noqa: E402
+from bristle_ros.scene.rows import brush_rows  # noqa: E402
 from bristle_ros.scene.scene import load  # noqa: E402
 from bristle_ros.simulation.mount_path import MountPath  # noqa: E402
 from bristle_ros.simulation.simulation import Simulation  # noqa: E402
@@ -32,12 +33,15 @@ def draw_gutter(path):
     surface = surface_of(scene)
     gap = np.array([gap_at(surface, 0.0, a, b, SUMS)[0] for a, b in zip(y.flat, z.flat)])
     axes.contourf(y, z, gap.reshape(y.shape), [-1.0, 0.0], colors=['0.8'])
-    axes.plot(wires[..., 1].T, wires[..., 2].T, color='tab:blue', linewidth=0.8)
+    rows = np.repeat(np.arange(len(brush_rows(scene))), [row.count for row in brush_rows(scene)])
+    for row, colour in enumerate(('tab:blue', 'tab:green', 'tab:purple')):
+        axes.plot(wires[rows == row, :, 1].T, wires[rows == row, :, 2].T, color=colour,
+                  linewidth=0.7)
     tips = wires[:, -1]
     axes.quiver(tips[:, 1], tips[:, 2], FORCE_SCALE * force[:, 1], FORCE_SCALE * force[:, 2],
                 color='tab:red', angles='xy', scale_units='xy', scale=1.0, width=0.003)
     axes.set(xlabel='y [m]', ylabel='z [m]', aspect='equal',
-             title='gutter, seen from behind at 0.5 s; forces 50 mm/N')
+             title='gutter, seen from behind at 0.5 s: three rows; forces 50 mm/N')
     figure.savefig(path, dpi=110)
 
 
