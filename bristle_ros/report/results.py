@@ -7,7 +7,7 @@ import numpy as np
 
 FORMAT = 1
 COUNTED = ('name', 'kind', 'drawn', 'reason', 'newton', 'steps', 'worst_step_newton',
-           'worst_step_s', 'warnings')
+           'worst_step_s', 'warnings', 'surface', 'looks', 'wire_points')
 
 
 def clean(value):

@@ -15,6 +15,8 @@ import traceback
 from typing import NamedTuple
 
 GRACE = 150.0       # [s] on top of a job's limit, for compiling and a step that is under way
+STILL = 300.0       # [s] by the clock in which a process has not worked for TICK: it hangs
+TICK = 0.1          # [s]
 ONE_THREAD = dict.fromkeys(('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS'), '1')
 
 
@@ -39,6 +41,39 @@ def cores():
         return sorted(os.sched_getaffinity(0))
     except AttributeError:
         return list(range(os.cpu_count() or 1))
+
+
+def processor_time(process):
+    """Return what a process and all its threads have used of processors [s], or None unknown."""
+    try:
+        with open(f'/proc/{process}/stat', encoding='ascii', errors='replace') as file:
+            numbers = file.read().rpartition(')')[2].split()
+        return (int(numbers[11]) + int(numbers[12])) / os.sysconf('SC_CLK_TCK')
+    except (OSError, ValueError, IndexError):
+        return None
+
+
+class Patience:
+    """
+    When a job is given up: after so much of its own processor time, however busy the machine.
+
+    Where that is not known, and for a process that does nothing, the clock on the wall decides.
+    """
+
+    def __init__(self, process, limit, clock=time.monotonic, used=processor_time):
+        """Begin with a job of a process; limit : [s]."""
+        self._process, self._limit, self._clock, self._used = process, limit, clock, used
+        self._began = self._moved = clock()
+        self._at_start = self._last = used(process)
+
+    def over(self):
+        """Whether the job has to be given up."""
+        now, used = self._clock(), self._used(self._process)
+        if used is None or self._at_start is None:
+            return now - self._began > self._limit
+        if used > self._last + TICK:
+            self._last, self._moved = used, now
+        return used - self._at_start > self._limit or now - self._moved > STILL
 
 
 def _work(pipe, core):
@@ -89,12 +124,16 @@ class Worker:
                     os.environ[name] = value
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         theirs.close()
-        self.deadline = math.inf
+        self._patience = None
 
     def give(self, job, limit=math.inf):
-        """Send a job, of `limit` [s]."""
-        self.deadline = time.monotonic() + limit + GRACE
+        """Send a job, of `limit` [s] of a processor."""
+        self._patience = Patience(self._process.pid, limit + GRACE)
         self.pipe.send((job.function, job.arguments))
+
+    def is_late(self):
+        """Whether the job that it has was to be done by now."""
+        return self._patience.over()
 
     def take(self):
         """Return the value of the job, waiting for it."""
@@ -130,7 +169,7 @@ class Crew:
         """
         Do jobs; return their values in their order, with Failed where there is none.
 
-        limit : [s] of a job, after which (and GRACE) its process is replaced
+        limit : [s] of a processor for a job, after which (and GRACE) its process is replaced
         show(value, job, done, total) : called as each one ends
         """
         todo, found = list(enumerate(jobs))[::-1], {}
@@ -147,8 +186,9 @@ class Crew:
                 worker = self._workers[at]
                 if worker.pipe in ready:
                     value = worker.take()
-                elif time.monotonic() > worker.deadline:
-                    value = Failed(f'did not come back within {limit + GRACE:g} s', True)
+                elif worker.is_late():
+                    value = Failed(f'did not come back within {limit + GRACE:g} s of a '
+                                   'processor', True)
                 else:
                     continue
                 if isinstance(value, Failed) and value.lost:

@@ -2,7 +2,8 @@
 from bristle_ros.report import workers
 from bristle_ros.report.main import main
 from bristle_ros.report.stability import campaign, cases as campaign_cases, draws, show
-from bristle_ros.report.stability.checks import spring_force, Watch
+from bristle_ros.report.stability.checks import Watch
+from bristle_ros.report.stability.contact_checks import spring_force
 from bristle_ros.scene.scene import from_parameters, keys
 from bristle_ros.simulation.simulation import Simulation
 import numpy as np
@@ -37,7 +38,7 @@ def watched(changes=None):
                                     0.1)
     scene = from_parameters(case.parameters, 'test')
     simulation = Simulation(scene, energies=True)
-    watch = Watch(scene, simulation, follows_road=True)
+    watch = Watch(scene, simulation)
     watch.look(simulation.snapshot())
     while simulation.step < 1000:
         simulation.advance(10)
@@ -58,7 +59,7 @@ def watched(changes=None):
     (lambda s: s._replace(contact_force=s.contact_force * (10.0, 10.0, 1.0)), 'outside its cone'),
     (lambda s: s._replace(contact_force=-s.contact_force), 'the road pulls'),
     (lambda s: s._replace(contact_force=s.contact_force * 1.1), 'the penetration explains'),
-    (lambda s: s._replace(tip_position=s.tip_position * 1.2), 'lengths from the clamp')])
+    (lambda s: s._replace(tip_position=s.tip_position * 1.2), 'lengths from its clamp')])
 def test_a_spoilt_output_is_seen(spoil, word):
     watch, snapshot = watched()
     watch.look(snapshot, stepped=True)
@@ -124,6 +125,8 @@ def test_draws_have_commands_resets_polygons_and_every_scheme():
     polygons = [case for case in cases if case.parameters.get('solver.time_step', 0.0) > 1.5
                 * case.parameters['solver.integration_time_step']]
     assert len(polygons) > 30
+    assert sum('brush.row_counts' in case.parameters for case in cases) > 15
+    assert sum('drive.file' in case.parameters for case in cases) > 15
     # no more than what the limit lets any machine do
     for case in cases:
         steps = case.duration / case.parameters['solver.integration_time_step']
@@ -164,7 +167,7 @@ def test_between_corners_energy_from_nowhere_is_seen():
         'solver.spectral_radius': 0.2, 'solver.time_step': 0.005,
         'solver.load_case': 'displacement'}, 0.02)
     simulation = Simulation(from_parameters(case.parameters, 'test'), energies=True)
-    watch = Watch(simulation.scene, simulation, follows_road=True)
+    watch = Watch(simulation.scene, simulation)
     for _ in range(3):
         simulation.advance(45)
         snapshot = simulation.snapshot()
@@ -192,6 +195,30 @@ def test_a_worker_that_dies_is_a_wrong_answer():
         found = crew.run([workers.Job(campaign.run_case, (case, 5.0)) for case in (bad, good)])
     assert found[0] == workers.Failed('its process died', True)
     assert found[1].kind == 'finished'
+
+
+def test_patience_is_of_the_processor_not_of_the_clock():
+    times = {'clock': 0.0, 'used': 5.0}
+    patience = workers.Patience(0, 10.0, lambda: times['clock'], lambda process: times['used'])
+    for _ in range(10):     # a busy machine: a thousandth of a processor, for hours
+        times['clock'] += 200.0
+        times['used'] += 0.2
+        assert not patience.over()
+    times['used'] += 9.0
+    assert patience.over()
+    still = workers.Patience(0, 10.0, lambda: times['clock'], lambda process: 5.0)
+    times['clock'] += workers.STILL + 1.0
+    assert still.over()
+    unknown = workers.Patience(0, 10.0, lambda: times['clock'], lambda process: None)
+    times['clock'] += 11.0
+    assert unknown.over()
+
+
+def test_the_processor_time_of_a_process_is_its_own():
+    import os
+    import time
+    before = workers.processor_time(os.getpid())
+    assert before == pytest.approx(time.process_time(), rel=0.2, abs=0.5)
 
 
 class Bomb(dict):

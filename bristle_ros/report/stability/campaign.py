@@ -17,10 +17,11 @@ from bristle_ros.scene import from_parameters, SceneError
 from . import cases as campaign_cases
 from .checks import Watch
 from .draws import drawn
+from .surfaces import surface_name
 
 KINDS = ('finished', 'stopped', 'cut', 'refused', 'wrong')
 LIMIT = 20.0            # [s] of a processor for stepping one case
-PATIENCE = 10.0         # times its limit, by the clock on the wall, before a case is given up
+PATIENCE = 10.0         # times its limit, of its process's time, before a case is given up
 LOOKS = 250             # at the outputs of one case
 CALLS = 20_000          # of advance() in one case: most are of a single step
 
@@ -44,6 +45,7 @@ class Result:
     measures: dict = field(default_factory=dict)    # of checks.Watch
     parameters: dict = field(default_factory=dict)
     drawn: bool = False             # at random
+    surface: str = 'level'          # what the road is
 
     def row(self):
         """Return it as a flat dict, for a table."""
@@ -60,7 +62,7 @@ def run_case(case, limit=LIMIT, clock=time.process_time):
     """
     from bristle_ros.simulation import CommandRefused, Simulation, StepFailure
     result = Result(case.name, duration=case.duration, parameters=case.parameters,
-                    drawn=case.drawn)
+                    drawn=case.drawn, surface=surface_name(case.parameters))
     try:
         scene = from_parameters(case.parameters, case.name)
         simulation = Simulation(scene, energies=True)
@@ -88,14 +90,13 @@ class _Trial:
             + [(max(1, round(t / its)), None, ()) for t in case.resets], key=lambda e: e[0])
         self.look = max(1, self.total // LOOKS)
         self.call = max(1, self.total // CALLS)
-        self.follows = not case.commands
         self.scene, self.done = scene, 0    # steps in all, through resets
         self.warned = set()
         self._begin()
 
     def _begin(self):
         from bristle_ros.simulation import RunWatch
-        self.watch = Watch(self.scene, self.simulation, follows_road=self.follows)
+        self.watch = Watch(self.scene, self.simulation)
         self.doubts = RunWatch(self.simulation)
 
     def _look(self, stepped=False):
@@ -198,6 +199,6 @@ def measure(context, cases=None):
     for case, result in zip(cases, found):
         if isinstance(result, Failed):
             result = Result(case.name, reason=result.reason, drawn=case.drawn,
-                            parameters=case.parameters)
+                            parameters=case.parameters, surface=surface_name(case.parameters))
         rows.append(result.row())
     return {'cases': rows, 'seed': context.seed, 'case_limit': context.case_limit}

@@ -8,6 +8,8 @@ what differs from its base scene.
 import math
 from typing import NamedTuple
 
+from .surfaces import EXTREMES, LISTED as SURFACES
+
 RPM = math.pi / 30.0
 DEGREE = math.pi / 180.0
 STEEL = 2.07e11
@@ -185,6 +187,8 @@ def spell_value(value):
     """Return a value as a short text."""
     if isinstance(value, tuple):
         return '/'.join(f'{part:g}' for part in value)
+    if isinstance(value, str) and value.startswith('data:'):
+        return f'{value.count(";") + 1} points'
     return value if isinstance(value, str) else f'{value:.3g}'
 
 
@@ -209,7 +213,16 @@ def listed(duration=0.5):
                                        commands))
     cases.extend(make_case('touching, ' + spell_changes(start), 'level',
                            {'road.approach_time': 0.0, **start}, duration) for start in TOUCHING)
+    cases.extend(on_surfaces(duration))
     return cases
+
+
+def on_surfaces(duration):
+    """Return the cases of each listed surface with each extreme that goes badly with it."""
+    return [make_case('on a surface, ' + spell_changes({**surface, **extreme}), 'level',
+                      {'road.penetration': 0.05, 'sweeper.velocity': (1.0, 0.0), **surface,
+                       **extreme}, duration)
+            for surface in SURFACES for extreme in EXTREMES]
 
 
 def short(duration=0.1):
@@ -236,6 +249,7 @@ def short(duration=0.1):
     )
     cases = [make_case(spell_changes(changes) or 'as it is', base, changes, duration)
              for base, changes in wanted]
+    cases.extend(on_surfaces(duration)[::13])
     cases.append(make_case('reversal', 'level', {'drive.max_acceleration': 1e9}, duration,
                            ((0.05, 'cmd_brush_speed', (-3000 * RPM,)),)))
     cases.append(make_case('inside the road', 'level', {'road.approach_time': 0.0}, duration))

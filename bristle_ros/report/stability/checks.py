@@ -1,69 +1,70 @@
 """What a run of any scene must satisfy at every look, whatever its parameters."""
 import math
 
+from bristle_ros.scene import brush_rows, longest, widest
 from bristle_ros.simulation import load_steps, ring_of
 import numpy as np
 
+from .contact_checks import ContactWatch
+
 GAIN = 0.2          # energy that may appear from nowhere, of the energy there is: 10 ms steps
-CONE = 1e-9         # excess of the friction over mu_s times the normal force, relative
 PASSED = 0.01       # share of the energy that went through, which the balance may be off by
 STRETCH = 0.02      # of the chord beyond the length, on top of what the loads explain
-RIGID = 1e-12       # [m] a rigid road may be entered
 
 
 class Watch:
     """
     Looks at the outputs of a run as it goes; `wrong` lists in words what cannot be.
 
-    The energy balance, the friction cone, the contact law between force and penetration (from the
-    road's height alone, not from the stepper's own gap), and the bristle's length.
+    The energy balance and the bristle's length here, what the contact does in contact_checks.py.
     """
 
-    def __init__(self, scene, simulation, *, follows_road):
-        """Note the scene's bounds; follows_road: the road moves as the scene says, no commands."""
+    def __init__(self, scene, simulation):
+        """Note the scene's bounds."""
         self.scene = scene
         self.wrong = []
         self._its = simulation.its
-        self._depth = simulation.model.drive.tip_depth
-        self._clamp = simulation.model.clamp[:3]
-        self._follows_road = follows_road and scene.solver.time_step == 0.0
+        bristles = [(row, azimuth) for row in brush_rows(scene) for azimuth in row.azimuths]
+        self._clamps = np.array([(row.radius * math.cos(azimuth), row.radius * math.sin(azimuth),
+                                  0.0) for row, azimuth in bristles])
+        self._lengths = np.array([row.length for row, _ in bristles])
         self._corners = load_steps(scene)
         self._scheme = simulation.model.scheme
-        self._before = None
+        self._contact = ContactWatch(scene, simulation) if scene.contact.enabled else None
         self._residual = self._lowest = 0.0
         self._scale = 0.0
         self._throughput = 0.0
         self._work = self._at_start = None
         self._gain = self._loss = 0.0
-        self._cone = self._stretch = 0.0
-        self._law = self._entered = 0.0
-        self._peak = self._speed = 0.0
-
-    def _height(self, t):
-        """Return the mount centre's height above the road at time t [m]."""
-        road = self.scene.road
-        s = min(1.0, t / road.approach_time) if road.approach_time > 0.0 else 1.0
-        return self._depth - road.penetration * s * s * (3.0 - 2.0 * s)
+        self._stretch = 0.0
+        self._peak = self._speed = self._change = 0.0
+        self._turned = math.inf, 0.0
 
     def commanded(self):
-        """Note that a command came: the road may move otherwise than the scene says."""
-        self._follows_road = False
+        """Note that a command came."""
+        if self._contact:
+            self._contact.commanded()
 
     def before_step(self, snapshot):
         """Note the outputs at the start of a step that is then made alone."""
-        self._before = snapshot
+        if self._contact:
+            self._contact.before_step(snapshot)
 
     def look(self, snapshot, stepped=False):
         """Check one snapshot; stepped: one step after the one given to `before_step`."""
         if not self._finite(snapshot):
             return
         self._speed = max(self._speed, abs(snapshot.omega))
+        t, omega = self._turned
+        if snapshot.t > t:
+            self._change = max(self._change, abs(snapshot.omega - omega) / (snapshot.t - t))
+        self._turned = snapshot.t, snapshot.omega
         self._energy(snapshot)
         self._reach(snapshot)
-        if self.scene.contact.enabled:
-            self._friction(snapshot)
-            if self._follows_road:
-                self._contact(snapshot, self._before if stepped else None)
+        if self._contact:
+            self._contact.look(snapshot, stepped)
+            self.wrong += self._contact.wrong
+            self._contact.wrong = []
 
     def _finite(self, snapshot):
         for name, value in zip(snapshot._fields, snapshot):
@@ -99,7 +100,8 @@ class Watch:
         """
         Return what the ringing behind a polygon's corner may change the energy by [J].
 
-        With d the deviation of the velocities, at most m d^2 / 2 + m v d; the run warns of it.
+        With d the deviation of the velocities, at most m d^2 / 2 + m v d; the run warns of it. At
+        a corner the clamp's direction turns, and the speed of turning changes.
         """
         if not self._corners:
             return 0.0
@@ -108,76 +110,31 @@ class Watch:
             corners, steps = corners - 1, self._corners
         ring = ring_of(self._scheme, self._corners, corners + 1)
         solver, bristle = self.scene.solver, self.scene.bristle
-        speed = abs(float(ring.at[steps - 1])) * (
-            self.scene.brush.mount_radius * self._speed ** 2 * solver.time_step)
-        mass = bristle.density * bristle.breadth * bristle.width * bristle.length
+        far = widest(self.scene)
+        speed = abs(float(ring.at[steps - 1])) * solver.time_step * (
+            far * self._speed ** 2 + (far + longest(self.scene)) * self._change)
+        mass = bristle.density * bristle.breadth * bristle.width * float(self._lengths.sum())
         own = 0.5 * mass * speed * speed
         return own + 2.0 * math.sqrt(own * snapshot.energy_kinetic)
 
     def _reach(self, snapshot):
         bristle = self.scene.bristle
         area = bristle.breadth * bristle.width
-        radius = self.scene.brush.mount_radius + bristle.length
-        weight = bristle.density * area * bristle.length
+        far = widest(self.scene) + longest(self.scene)
+        weight = bristle.density * area * longest(self.scene)
         self._peak = max(self._peak, float(np.abs(snapshot.contact_force).max()))
-        load = weight * (self._speed ** 2 * radius + self.scene.gravity) + self._peak
-        stretch = float(np.linalg.norm(snapshot.tip_position[0] - self._clamp)) / bristle.length
+        load = weight * (self._speed ** 2 * far + self.scene.gravity) + self._peak
+        chords = np.linalg.norm(snapshot.tip_position - self._clamps, axis=1) / self._lengths
+        stretch = float(chords.max())
         self._stretch = max(self._stretch, stretch - 1.0)
         # twice: a load that comes suddenly overshoots
         if stretch - 1.0 > STRETCH + 2.0 * load / (bristle.youngs_modulus * area):
-            self.wrong.append(f'the tip is {stretch:.4g} lengths from the clamp at t = '
+            self.wrong.append(f'a tip is {stretch:.4g} lengths from its clamp at t = '
                               f'{snapshot.t:.6g} s')
-
-    def _friction(self, snapshot):
-        for x, y, normal in snapshot.contact_force:
-            if normal < 0.0:
-                self.wrong.append(f'the road pulls: {normal:.3g} N at t = {snapshot.t:.6g} s')
-                return
-            excess = math.hypot(x, y) - self.scene.friction.static * normal
-            if excess > 0.0:
-                self._cone = max(self._cone, excess / (normal + 1e-9))
-            if excess > CONE * normal + 1e-15:
-                self.wrong.append(f'friction {math.hypot(x, y):.6g} N outside its cone, normal '
-                                  f'force {normal:.6g} N, at t = {snapshot.t:.6g} s')
-                return
-
-    def _contact(self, snapshot, before):
-        gap = float(snapshot.tip_position_road[0, 2]) + self._height(snapshot.t)
-        stiffness = self.scene.contact.normal_stiffness
-        self._entered = max(self._entered, -gap)
-        if math.isinf(stiffness):
-            if gap < -RIGID:
-                self.wrong.append(f'{-gap:.3g} m inside a rigid road at t = {snapshot.t:.6g} s')
-            return
-        if before is None or snapshot.substeps != before.substeps or (
-                self.scene.solver.step != 'fixed'):
-            return
-        gap0 = float(before.tip_position_road[0, 2]) + self._height(before.t)
-        force = float(snapshot.contact_force[0, 2])
-        wanted = spring_force(stiffness, self.scene.contact.damping, self._its, gap0, gap)
-        # Newton ends within its tolerance of the gap
-        length = self.scene.bristle.length / self.scene.solver.elements
-        slack = 10.0 * self.scene.solver.tolerance * length + 1e-15
-        excess = abs(force - wanted) / (stiffness * slack + 1e-3 * max(force, wanted) + 1e-12)
-        self._law = max(self._law, excess)
-        if excess > 1.0:
-            self.wrong.append(f'contact force {force:.6g} N where the penetration explains '
-                              f'{wanted:.6g} N, at t = {snapshot.t:.6g} s')
 
     def measures(self):
         """Return the worst values seen, by name."""
-        return {'energy_gain': self._gain, 'energy_loss': self._loss, 'cone_excess': self._cone,
-                'stretch': self._stretch, 'law_excess': self._law, 'entered_m': self._entered,
-                'largest_force_n': self._peak}
+        found = {'energy_gain': self._gain, 'energy_loss': self._loss, 'stretch': self._stretch,
+                 'largest_force_n': self._peak}
+        return {**found, **(self._contact.measures() if self._contact else {})}
 
-
-def spring_force(stiffness, damping, h, gap0, gap1):
-    """Return the mean normal force [N] of a step of h [s] between two gaps [m]; 0 if open."""
-    if gap0 <= 0.0 and gap1 <= 0.0:
-        force = -0.5 * stiffness * (gap0 + gap1)
-    elif gap0 >= 0.0 and gap1 >= 0.0:
-        return 0.0
-    else:
-        inside = min(gap0, gap1)
-        force = 0.5 * stiffness * inside * inside / abs(gap1 - gap0)
-    return max(0.0, force * (1.0 + damping * (gap0 - gap1) / h))

@@ -1,36 +1,115 @@
-"""Cases of the campaign that are drawn at random, with commands, resets and every scheme."""
+"""Cases drawn at random: commands, resets, every scheme, surfaces, tables, rows."""
 import math
 import random
 
-from .cases import applies, AXES, BASES, make_case, spell_changes, spell_value
+from bristle_ros.scene import from_parameters, keys as scene_keys, SceneError
 
-PACE = 1.5e5   # steps of an element per second that any machine does
+from .cases import applies, AXES, BASES, make_case, spell_changes, spell_value
+from .surfaces import put_on_surface, SHARE, starts_inside
+
+PACE = 1.5e5    # steps of an element per second that any machine does, on a surface half of them
+FREE = 0.2      # of the cases have no road
+TABLE = 0.15    # of the cases have a table of speeds
+ROWS = 0.15     # of the cases have rows of bristles
 
 
 def drawn(seed, count, duration=0.5, limit=20.0):
     """
     Return `count` cases drawn at random: each changes two to six things of a base.
 
-    On top of that, and each by itself: load case, integrator, load steps longer than ITS,
-    commands within their limits, and a reset. What would last longer than its limit [s] is
-    shorter: on most machines no case is cut off.
+    On top of that, and each by itself: a surface, a table of speeds, rows of bristles, load case,
+    integrator, load steps longer than ITS, commands within their limits, and a reset. What would
+    last longer than its limit [s] is shorter: on most machines no case is cut off.
     """
     draw = random.Random(seed)
+    known = {key.name for key in scene_keys()}
     cases = []
-    for number in range(count):
-        base = draw.choice(list(BASES))
-        keys = [key for key in AXES if applies(base, key)]
-        changes = {}
-        for key in draw.sample(keys, draw.randint(2, 6)):
-            changes[key] = _draw_value(draw, AXES[key])
-        changes.update(_draw_scheme(draw))
-        case = make_case(f'drawn {seed}.{number}, {spell_changes(changes)}', base, changes,
+    while len(cases) < count:
+        base = 'free' if draw.random() < FREE else draw.choice([*BASES][:-1])
+        changes = _draw_changes(draw, base, known)
+        case = make_case(f'drawn {seed}.{len(cases)}, {spell_changes(changes)}', base, changes,
                          duration)
+        try:
+            scene = from_parameters(case.parameters, case.name)
+        except SceneError:
+            continue    # what is refused tells nothing
+        if starts_inside(scene):
+            continue
+        case = _with_surface(draw, _with_table(draw, case), base)
         its = case.parameters['solver.integration_time_step']
-        most = max(100, int(PACE * limit / case.parameters.get('solver.elements', 12)))
-        case = case._replace(duration=min(round(case.duration / its), most) * its)
+        case = case._replace(duration=min(round(case.duration / its), _most(case, limit)) * its)
         cases.append(_with_events(draw, case, base))
     return cases
+
+
+def _draw_changes(draw, base, known):
+    keys = [key for key in AXES if applies(base, key)]
+    changes = {key: _draw_value(draw, AXES[key])
+               for key in draw.sample(keys, draw.randint(2, 6))}
+    changes.update(_draw_scheme(draw))
+    if draw.random() < ROWS:
+        changes.update(_draw_rows(draw, changes.get('bristle.length', 0.24)))
+    if base != 'free':
+        if 'brush.row_counts' in changes:   # one row or the other starts inside the road
+            changes['road.approach_time'] = 0.05
+        changes.update(_draw_contact(draw, known))
+    return changes
+
+
+def _most(case, limit):
+    """Return how many steps of a case fit into its limit [s], about."""
+    uneven = 'gutter.enabled' in case.parameters or 'profile.kind' in case.parameters
+    bristles = sum(case.parameters.get('brush.row_counts', (1,)))
+    return max(100, int((0.5 if uneven else 1.0) * PACE * limit
+                        / (bristles * case.parameters.get('solver.elements', 12))))
+
+
+def _changed(case, changes):
+    return case._replace(parameters={**case.parameters, **changes},
+                         name=f'{case.name}, {spell_changes(changes)}')
+
+
+def _with_surface(draw, case, base):
+    if base == 'free' or draw.random() >= SHARE:
+        return case
+    changes = put_on_surface(draw, case.parameters)
+    return _changed(case, changes) if changes else case
+
+
+def _with_table(draw, case):
+    """Return a case whose brush turns as a table says: then it has no other speed."""
+    if draw.random() >= TABLE:
+        return case
+    most = draw.choice((15.0, 50.0, 300.0))
+    t, points = draw.uniform(-0.1, 0.1), []
+    for _ in range(draw.randint(2, 8)):
+        points.append(f'{t:.4f},{draw.uniform(-1.0, 1.0) * most:.4g}')
+        t += draw.uniform(0.005, 0.2)
+    kept = {key: value for key, value in case.parameters.items()
+            if key not in ('drive.mean_speed', 'drive.alternating_speed')}
+    return _changed(case._replace(parameters=kept), {
+        'drive.profile': 'table', 'drive.file': 'data:' + ';'.join(points)})
+
+
+def _draw_rows(draw, length):
+    """Return two or three rows of a few bristles, about as long as the one would be [m]."""
+    count = draw.randint(2, 3)
+
+    def each(low, high):
+        return tuple(round(draw.uniform(low, high), 5) for _ in range(count))
+    rows = {'brush.row_radii': each(0.05, 0.15), 'brush.row_angles': each(0.2, 0.8),
+            'brush.row_lengths': each(0.7 * length, 1.1 * length),
+            'brush.row_orientations': each(-1.6, 1.6),
+            'brush.row_offsets': (0.0, *each(-3.0, 3.0)[1:])}
+    kept = {key: values for key, values in rows.items() if draw.random() < 0.6}
+    return {**kept, 'brush.row_counts': tuple(draw.randint(1, 3) for _ in range(count))}
+
+
+def _draw_contact(draw, known):
+    """Return what touches: all of the wire, which is the default, or its tip."""
+    if 'contact.points' in known and draw.random() < 0.3:
+        return {'contact.points': draw.choice(('wire', 'tip'))}
+    return {}
 
 
 def _draw_scheme(draw):

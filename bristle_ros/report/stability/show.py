@@ -73,12 +73,19 @@ def summary(data):
 
 
 def _counts(rows):
+    drawn = [row for row in rows if row['drawn']]
     for title, part in (('listed', [row for row in rows if not row['drawn']]),
-                        ('drawn at random', [row for row in rows if row['drawn']])):
+                        ('drawn at random', drawn), ('of these on a surface',
+                                                     [row for row in drawn if is_uneven(row)])):
         if part:
             kinds = count_kinds(part)
             yield {'cases': title, 'count': len(part), **kinds, 'bound': 100 * upper_bound(
                 kinds['wrong'], len(part)) if part[0]['drawn'] else None}
+
+
+def is_uneven(row):
+    """Whether a case's road is not level."""
+    return row.get('surface', 'level') != 'level'
 
 
 def _causes(rows):
@@ -96,6 +103,8 @@ def _lines(rows):
         words = rest.rsplit(' ', 1)
         if row['drawn']:
             key = 'drawn at random'
+        elif rest.startswith('on a surface'):
+            key = 'on a surface'
         elif rest.startswith('touching'):
             key = 'starts that touch'
         elif ',' in rest:
@@ -124,14 +133,17 @@ def case_map(rows):
 
 
 COLUMNS = {
-    'name': 'case', 'kind': 'what became of it', 'reason': 'cause', 'reached': 'simulated [s]',
-    'duration': 'asked for [s]', 'spent': 'processor time of stepping [s]',
+    'name': 'case', 'surface': 'road', 'kind': 'what became of it', 'reason': 'cause',
+    'reached': 'simulated [s]', 'duration': 'asked for [s]',
+    'spent': 'processor time of stepping [s]',
     'warnings': 'warnings of the run', 'steps': 'steps',
     'newton': 'Newton iterations', 'substeps': 'sub-steps',
     'worst_step_newton': 'most iterations in a step', 'worst_step_s': 'longest call [s]',
     'energy_gain': 'energy from nowhere, share', 'energy_loss': 'energy lost, share',
     'cone_excess': 'friction beyond its cone, share', 'stretch': 'stretch of the chord',
     'law_excess': 'contact force against penetration', 'entered_m': 'depth in the road [m]',
+    'work_made': 'work that the contact made, share', 'wire_entered_m': 'depth of the wire [m]',
+    'looks': 'outputs looked at', 'wire_points': 'places along wires looked at',
     'largest_force_n': 'largest contact force [N]'}
 
 
@@ -140,14 +152,21 @@ def show(page, data, results):
     rows = data['cases']
     page.heading('Stability')
     page.explain('Stiff and extreme scenes, listed one parameter and one pair of extremes at a '
-                 'time, and drawn at random with commands, resets, load steps longer than ITS, '
-                 'all integrators and both load cases. Wrong is a case that came to its end, or '
-                 'did not come back, although a check of it is violated. Checked from the outputs '
-                 'alone: finite values; energy balance; friction inside its cone and a road that '
-                 'only pushes; the contact force that the penetration explains; a rigid road not '
-                 'entered; the bristle as long as its loads make it.')
+                 'time, and drawn at random on slopes, kerbs, edges, waves and sums of them, with '
+                 'tables of speeds, rows of bristles, commands, resets, load steps longer than '
+                 'ITS, all integrators and both load cases. Wrong is a case that came to its end, '
+                 'or did not come back, although a check of it is violated.')
+    page.explain('Checked from the outputs alone, and from the surface written a second time: '
+                 'finite values; energy balance; friction inside its cone and a road that only '
+                 'pushes; the contact force that the penetration explains; a contact that gives '
+                 'no more work than its spring; a rigid road not entered; wires, where all of '
+                 'them touches, nowhere deeper in the surface than their forces explain; no step '
+                 'from a clamp inside it; the bristle as long as its loads make it.')
     page.says(f'{summary(data)}. Seed {data["seed"]}, at most {data["case_limit"]:g} s of a '
               'processor each.')
+    page.says(f'Looked at: {sum(row.get("looks") or 0 for row in rows)} outputs, and '
+              f'{sum(row.get("wire_points") or 0 for row in rows)} places along wires that touch '
+              f'with all their length; on surfaces {sum(is_uneven(row) for row in rows)} cases.')
     problem = problem_of(data)
     if problem:
         page.says(f'Not a pass: {problem}.', marked=True)
