@@ -4,6 +4,7 @@ from .lean import show as lean
 from .paper import claims
 from .peers import show as peers
 from .precision import show as precision
+from .road import show as road
 from .stability import show as stability
 from .timing import quartiles
 from .verdict import WORDS
@@ -28,7 +29,17 @@ def precision_line(results):
         else:
             said.append(f'{entry["name"]} not reached')
     return (f'Error against run time: times real time at {LEVEL:g} % error of the tip path, one '
-            f'bristle on one core: {", ".join(said)}.')
+            f'bristle on one core: {", ".join(said)}{_road(results)}.')
+
+
+def _road(results):
+    """Return what the limits of the road's scenes cost, as the end of a sentence."""
+    rows = [row for row in road.cost_rows(results['parts'].get('road', {'subjects': []}))
+            if row.get('times')]
+    if not rows:
+        return ''
+    return '; on the road, path and impulse within the limits of its table: ' + ', '.join(
+        f'{row["scene"]} {row["times"]}' for row in rows)
 
 
 def peers_line(results):
@@ -97,13 +108,24 @@ def _curves(results):
         found[entry['name']] = {'bristle_ros': [
             (quartiles(row['timing']['walls']).value, row['tip']) for row in entry['rows']
             if row['family'] == 'step' and row.get('timing') and row.get('tip')]}
-    for scene in results['parts'].get('peers', {}).get('scenes', ()):
+    for entry in results['parts'].get('road', {}).get('subjects', ()):
+        found[entry['name']] = {'bristle_ros': [
+            (quartiles(row['timing']['walls']).value, row['tip']) for row in entry['rows']
+            if row['family'] == road.USUAL_FAMILY and row.get('timing') and row.get('tip')]}
+    for scene in _compared(results):
         for program, entry in scene['programs'].items():
             points = [(quartiles(row['timing']['walls']).value, row['error'])
                       for row in entry['rows'] if row.get('timing') and row.get('error')]
             if points:      # with contact these are errors of the impulse, for all programs
                 found.setdefault(scene['name'], {})[program] = points
     return found
+
+
+def _compared(results):
+    """Return the scenes that were compared with other programs."""
+    parts = results['parts']
+    beside = parts.get('peers', {}), (parts.get('road') or {}).get('peers') or {}
+    return [scene for data in beside for scene in data.get('scenes', ())]
 
 
 def picture(results):
@@ -114,8 +136,7 @@ def picture(results):
     if not points:
         return [], []
     walls, errors = zip(*points)
-    impulses = {scene['name'] for scene in results['parts'].get('peers', {}).get('scenes', ())
-                if scene['contact']}
+    impulses = {scene['name'] for scene in _compared(results) if scene['contact']}
     panels = []
     for scene, programs in curves.items():
         figure, axes = new_panel(

@@ -11,9 +11,10 @@ ERROR = 1.01    # the same of errors, which do not depend on the machine
 def _timings(results):
     """Return {(part, what): timing dict}."""
     parts, found = results['parts'], {}
-    for entry in parts.get('precision', {}).get('subjects', ()):
-        for row in entry['rows']:
-            found['precision', f'{entry["name"]} {row["label"]}'] = row.get('timing')
+    for part in ('precision', 'road'):
+        for entry in parts.get(part, {}).get('subjects', ()):
+            for row in entry['rows']:
+                found[part, f'{entry["name"]} {row["label"]}'] = row.get('timing')
     for scene in parts.get('peers', {}).get('scenes', ()):
         for program, entry in scene['programs'].items():
             for row in entry['rows']:
@@ -26,7 +27,8 @@ def _timings(results):
 def _errors(results):
     """Return {(scene, setting, error): (value, own error of the converged run)}."""
     return {(entry['name'], row['label'], key): (row[key], entry['own'].get(key) or 0.0)
-            for entry in results['parts'].get('precision', {}).get('subjects', ())
+            for part in ('precision', 'road')
+            for entry in results['parts'].get(part, {}).get('subjects', ())
             for row in entry['rows'] for key in ('tip', 'impulse') if row.get(key) is not None}
 
 

@@ -14,6 +14,11 @@ MARKS = {
     'inertia': ('#1f77b4', 'o', '\u25cf'), 'displacement': ('#9467bd', 'P', '\u271a'),
     'displacement, TS = ITS': ('#9467bd', 'P', '\u271a'),
     'displacement, TS > ITS': ('#e377c2', '*', '\u2605'),
+    '6 elements': ('#bcbd22', 'v', '\u25bc'), '8 elements': ('#2ca02c', '^', '\u25b2'),
+    '12 elements': ('#1f77b4', 'o', '\u25cf'), '16 elements': ('#d62728', 's', '\u25a0'),
+    'road lying': ('#1f77b4', 'o', '\u25cf'), 'road kerb': ('#d62728', 's', '\u25a0'),
+    'road sine': ('#2ca02c', '^', '\u25b2'), 'road rough': ('#ff7f0e', 'v', '\u25bc'),
+    'road edge': ('#9467bd', 'D', '\u25c6'),
     'theory': ('#444444', '', '\u2014'), 'free': ('#1f77b4', 'o', '\u25cf'),
     'on the road': ('#ff7f0e', 'v', '\u25bc'),
     'sine': ('#2c7fb8', 'o', '\u25cf'), 'vap': ('#d95f0e', 's', '\u25a0')}

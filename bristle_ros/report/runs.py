@@ -84,14 +84,26 @@ def tip_error(path, reference, until=None):
 
 def impulse_error(path, reference, window=WINDOW):
     """Return the error of the normal impulse per window: sum of deviations over the sum of all."""
+    ours, exact = (impulses[:, 2] for impulses in _window_impulses(path, reference, window))
+    total = np.abs(exact).sum()
+    return float(np.abs(ours - exact).sum() / total) if total > 0.0 else 0.0
+
+
+def _window_impulses(path, reference, window):
+    """Return the impulses of both in each window (m, 3) [N s]."""
     mine, theirs = _common_rows(path.t, reference.t)
     t = path.t[mine]
     marks = np.unique(np.searchsorted(t, np.arange(0.0, t[-1] + 0.5 * window, window) - 1e-9))
     marks = marks[marks < len(t)]
-    ours = np.diff(path.impulse[mine][marks, 2])
-    exact = np.diff(reference.impulse[theirs][marks, 2])
-    total = np.abs(exact).sum()
-    return float(np.abs(ours - exact).sum() / total) if total > 0.0 else 0.0
+    return (np.diff(path.impulse[mine][marks], axis=0),
+            np.diff(reference.impulse[theirs][marks], axis=0))
+
+
+def whole_impulse_error(path, reference, window=WINDOW):
+    """Return the error of the impulse vector per window: sum of deviations over that of sizes."""
+    ours, exact = _window_impulses(path, reference, window)
+    total = np.linalg.norm(exact, axis=1).sum()
+    return float(np.linalg.norm(ours - exact, axis=1).sum() / total) if total > 0.0 else 0.0
 
 
 def total_impulse(path):

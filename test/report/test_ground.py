@@ -5,7 +5,7 @@ from bristle_ros.physics.contact.surface import gap_at
 from bristle_ros.report.stability import campaign, cases as campaign_cases, surfaces
 from bristle_ros.report.stability.checks import Watch
 from bristle_ros.report.stability.contact_checks import points_between
-from bristle_ros.report.stability.ground import Ground, mount_to_road
+from bristle_ros.report.ground import Ground, mount_to_road
 from bristle_ros.scene.scene import from_parameters
 from bristle_ros.simulation.simulation import Simulation
 from bristle_ros.simulation.surface import surface_of

@@ -145,28 +145,9 @@ def test_a_peer_solves_the_same_scene(module, elements, step, bound):
     assert theirs.wall > 0.0
 
 
-class Alone:
-    """A crew and a timer in this process."""
-
-    best = 1.0
-
-    def run(self, jobs, *, limit=None, show=None):
-        found = []
-        for job in jobs:
-            found.append(job.function(*job.arguments))
-            if show:
-                show(found[-1], job, len(found), len(jobs))
-        return found
-
-    def group(self, timed, repeats=None):
-        return {each.key: {'walls': [each.prepare(*each.arguments)() / each.per], 'disturbed': 0,
-                           'slowest': 1.0} for each in timed}
-
-
-def test_the_precision_part_measures_and_shows_a_scene(tmp_path):
+def test_the_precision_part_measures_and_shows_a_scene(tmp_path, alone):
     subject = Subject('S2', 'free rotation', 0.02, False, (2e-3, 1e-3, 5e-4), 1e-3, (8, 1e-4),
                       (6, 1e-4))
-    alone = Alone()
     context = Context(True, 0, 0, 1.0, alone, alone, Progress({}, io.StringIO()))
     data = precision.measure(context, (subject,))
     [entry] = data['subjects']

@@ -36,6 +36,17 @@ OURS_CONTACT = ((6, 5e-4), (8, 2e-4), (12, 2e-4), (12, 1e-4), (12, 5e-5), (12, 2
 EXUDYN_CONTACT = ((12, 2e-4), (12, 5e-5), (24, 1e-4), (24, 5e-5))
 MUJOCO_CONTACT = ((12, 5e-5), (12, 2e-5), (24, 1e-5), (24, 5e-6))
 
+# On the road every node touches and what is compared is the path; converged runs, and the second.
+ROAD = {
+    'bristle_ros': ((6, 1e-3), (6, 5e-4), (8, 5e-4), (8, 2e-4), (12, 2e-4), (12, 1e-4),
+                    (12, 5e-5), (16, 2e-5)),
+    'exudyn': ((8, 5e-4), (12, 2e-4), (16, 1e-4), (24, 5e-5)),
+    'mujoco': ((8, 5e-5), (12, 2e-5), (16, 1e-5), (24, 5e-6))}
+ROAD_CONVERGED = {
+    'bristle_ros': ((1.0, 24, 4e-6), (1.0, 20, 8e-6)),
+    'exudyn': ((1.0, 32, 2.5e-5), (1.0, 28, 4e-5)),
+    'mujoco': ((1.0, 32, 2.5e-6), (1.0, 28, 4e-6))}
+
 
 class Solution(NamedTuple):
     """A path sampled every millisecond."""
@@ -48,7 +59,7 @@ class Solution(NamedTuple):
 
 
 def solve(program, name, elements, step, change=0.0):
-    """Solve one of the five scenes with a program; return its Solution; in a worker."""
+    """Solve a scene with a program; return its Solution; in a worker."""
     if program == 'bristle_ros':
         began = time.perf_counter()
         path = run(_our_scene(name, elements, step, change), peer_scene(name).duration)
@@ -105,8 +116,11 @@ def _on(t, solution):
     return np.column_stack([np.interp(t, solution.t, column) for column in solution.tip.T])
 
 
-def _recipe(program, contact, quick, second):
+def _recipe(program, scene, quick, second):
     """Return [(weight, elements, step)] of a converged run, or of the second one."""
+    contact = scene.contact
+    if scene.whole:
+        return [ROAD_CONVERGED[program][second]]
     if program == 'bristle_ros':
         if contact:
             return [(1.0, 12, 4e-6 if second else 2e-6)]
@@ -129,7 +143,7 @@ def _recipe(program, contact, quick, second):
 
 def converged(crew, program, name, *, quick, second=False):
     """Return a program's converged Solution of a scene and how it was made, or Failed."""
-    recipe = _recipe(program, peer_scene(name).contact, quick, second)
+    recipe = _recipe(program, peer_scene(name), quick, second)
     parts = [(weight, _averaged(crew, program, name, elements, step,
                                 START_ANGLES[:4] if second else START_ANGLES))
              for weight, elements, step in recipe]
@@ -158,6 +172,8 @@ def error_of(solution, exact, contact):
 
 def settings(program, name):
     """Return the (elements, step) to try."""
+    if peer_scene(name).whole:
+        return ROAD[program]
     if peer_scene(name).contact:
         return {'bristle_ros': OURS_CONTACT, 'exudyn': EXUDYN_CONTACT,
                 'mujoco': MUJOCO_CONTACT}[program]
@@ -193,7 +209,7 @@ def measure(context, names=None):
                 row['timing'] = timings.get(f'{program} {row["label"]}')
         for entry in entries.values():
             entry.pop('solution', None)
-        data['scenes'].append({'name': name, 'contact': peer_scene(name).contact,
+        data['scenes'].append({'name': name, 'contact': peer_scene(name).by_impulse,
                                'programs': entries})
     return data
 
@@ -202,12 +218,12 @@ def _apart(ours, exact, name):
     if ours is None or exact is None:
         return {}
     return {'path': path_error(exact, ours), 'impulse': 100 * (exact.impulse / ours.impulse - 1.0)
-            if peer_scene(name).contact else None}
+            if peer_scene(name).by_impulse else None}
 
 
 def _errors(context, program, name):
     """Return a program's converged run, own error, and rows with the errors of its settings."""
-    contact = peer_scene(name).contact
+    contact = peer_scene(name).by_impulse
     exact, how = converged(context.crew, program, name, quick=context.quick)
     if isinstance(exact, Failed):
         return {'rows': [{'label': 'converged run', 'note': exact.reason}], 'own': None,

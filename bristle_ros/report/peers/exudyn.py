@@ -2,7 +2,7 @@
 The scenes S1 to S5 in exudyn: its geometrically exact beam, solved in the rotating frame.
 
 What exudyn's beam lacks is added as its documentation shows: frame forces, gravity and the contact
-law as one user function with its exact Jacobian over all nodes, beta_D as dampers between nodes.
+law as one user function with its Jacobian over all nodes, beta_D as dampers between nodes.
 The clamp is fixed; a generalised-alpha method with spectral radius 0.6 steps it.
 """
 from contextlib import redirect_stdout
@@ -49,19 +49,64 @@ def solve(scene, elements, step, *, sample=1e-3):
     elements : int, 2-node elements;  step, sample : [s]
     Raises RuntimeError where exudyn stops early. Wall time is the solver's alone.
     """
+    # At zero rotation its rotation-vector nodes lose digits and Newton stalls: turn S1 about z.
+    aside = _about_z(0.0 if scene.mean else 0.5)
+    mbs, sensors, *kept = _model(scene, elements, aside)     # kept: alive while it solves
+    settings = _settings(scene, elements, step, sample)
+    began = time.perf_counter()
+    try:
+        with redirect_stdout(io.StringIO()):    # it prints where it fails
+            mbs.SolveDynamic(settings)
+    except Exception as error:  # its SolverError is no subclass of anything named
+        raise RuntimeError(f'exudyn: {error}') from None
+    wall = time.perf_counter() - began
+    del kept
+    data, velocity = (np.array(mbs.GetSensorStoredData(sensor)) for sensor in sensors)
+    impulse = 0.0
+    if scene.by_impulse:
+        normal = [float(scene.forces(row[0], row[None, 1:4], rate[None, 1:4])[1][0])
+                  for row, rate in zip(data, velocity)]
+        impulse = float(np.trapezoid(normal, data[:, 0]))
+    return data[:, 0], data[:, 1:4] @ aside, impulse, wall
+
+
+def _model(scene, elements, aside):
+    """
+    Return the assembled system, sensors of the tip's position and velocity, and what these need.
+
+    aside : (3, 3)    by which everything is turned
+    """
     import exudyn
     from exudyn import itemInterface as items  # noqa: N813
 
-    system = exudyn.SystemContainer()
-    mbs = system.AddSystem()
+    container = exudyn.SystemContainer()
+    mbs = container.AddSystem()
     h = LENGTH / elements
-    # At zero rotation its rotation-vector nodes lose digits and Newton stalls: turn S1 about z.
-    aside = _about_z(0.0 if scene.mean else 0.5)
     along, across = aside @ scene.along, aside @ scene.across
     turn = _rotation_vector(np.column_stack([along, across, np.cross(along, across)]))
     start = [np.array(scene.clamp) + i * h * along for i in range(elements + 1)]
     nodes = [mbs.AddNode(items.NodeRigidBodyRotVecLG(
         referenceCoordinates=[*position, *turn])) for position in start]
+    _add_beam(mbs, items, nodes, h, scene.damping)
+    mass = np.full(elements + 1, RHO * BREADTH * WIDTH * h)
+    mass[[0, -1]] *= 0.5
+    loads = _Loads(scene, np.array(start), mass)
+    size = 6 * (elements + 1)
+    mbs.AddObject(items.ObjectGenericODE2(
+        nodeNumbers=nodes, massMatrix=np.zeros((size, size)),
+        stiffnessMatrix=np.zeros((size, size)), dampingMatrix=np.zeros((size, size)),
+        forceVector=np.zeros(size), forceUserFunction=loads.force,
+        jacobianUserFunction=loads.jacobian))
+    sensors = [mbs.AddSensor(items.SensorNode(
+        nodeNumber=nodes[-1], storeInternal=True, outputVariableType=what)) for what in (
+            exudyn.OutputVariableType.Position, exudyn.OutputVariableType.Velocity)]
+    mbs.Assemble()
+    return mbs, sensors, container, loads
+
+
+def _add_beam(mbs, items, nodes, h, damping):
+    """Add the wire's elements, its clamp, and dampers of beta_D [s]."""
+    import exudyn
     area, weak, strong = BREADTH * WIDTH, BREADTH * WIDTH ** 3 / 12, WIDTH * BREADTH ** 3 / 12
     shear = 5.0 / 6.0 * E / (2.0 * (1.0 + NU)) * area
     section = exudyn.BeamSection()
@@ -78,21 +123,13 @@ def solve(scene, elements, step, *, sample=1e-3):
         clamp = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[0],
                                                          coordinate=coordinate))
         mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[fixed, clamp]))
-    if scene.damping:
-        _add_dampers(mbs, items, nodes, h, scene.damping, stiffness)
-    mass = np.full(elements + 1, RHO * area * h)
-    mass[[0, -1]] *= 0.5
-    loads = _Loads(scene, np.array(start), mass)
-    size = 6 * (elements + 1)
-    mbs.AddObject(items.ObjectGenericODE2(
-        nodeNumbers=nodes, massMatrix=np.zeros((size, size)),
-        stiffnessMatrix=np.zeros((size, size)), dampingMatrix=np.zeros((size, size)),
-        forceVector=np.zeros(size), forceUserFunction=loads.force,
-        jacobianUserFunction=loads.jacobian))
-    path, speed = (mbs.AddSensor(items.SensorNode(
-        nodeNumber=nodes[-1], storeInternal=True, outputVariableType=what)) for what in (
-            exudyn.OutputVariableType.Position, exudyn.OutputVariableType.Velocity))
-    mbs.Assemble()
+    if damping:
+        _add_dampers(mbs, items, nodes, h, damping, stiffness)
+
+
+def _settings(scene, elements, step, sample):
+    """Return exudyn's settings of a run."""
+    import exudyn
     settings = exudyn.SimulationSettings()
     integration = settings.timeIntegration
     integration.numberOfSteps = round(scene.duration / step)
@@ -104,24 +141,10 @@ def solve(scene, elements, step, *, sample=1e-3):
     integration.adaptiveStep = scene.contact     # without it impacts stop the Newton iteration
     integration.verboseMode = 0
     settings.solution.file.write = False
-    settings.solution.sensors.writePeriod = step if scene.contact else (
-        max(sample, step))
+    settings.solution.sensors.writePeriod = step if scene.by_impulse else max(sample, step)
     settings.linearSolver.solverType = exudyn.LinearSolverType.EXUdense if elements <= 24 else (
         exudyn.LinearSolverType.EigenSparse)
-    began = time.perf_counter()
-    try:
-        with redirect_stdout(io.StringIO()):    # it prints where it fails
-            mbs.SolveDynamic(settings)
-    except Exception as error:  # its SolverError is no subclass of anything named
-        raise RuntimeError(f'exudyn: {error}') from None
-    wall = time.perf_counter() - began
-    data = np.array(mbs.GetSensorStoredData(path))
-    impulse = 0.0
-    if scene.contact:
-        velocity = np.array(mbs.GetSensorStoredData(speed))[:, 1:4]
-        normal = [scene.tip_force(row[0], row[1:4], v)[1] for row, v in zip(data, velocity)]
-        impulse = float(np.trapezoid(normal, data[:, 0]))
-    return data[:, 0], data[:, 1:4] @ aside, impulse, wall
+    return settings
 
 
 def _add_dampers(mbs, items, nodes, h, beta, stiffness):
@@ -144,7 +167,6 @@ class _Loads:
         self.scene, self.start, self.mass = scene, start, mass
         self._field = math.nan, None
         count = len(mass)
-        self.tip = 6 * (count - 1)
         self.size = 6 * count
 
     def _at(self, t):
@@ -152,10 +174,6 @@ class _Loads:
         if self._field[0] != t:
             self._field = t, self.scene.field(t)
         return self._field[1]
-
-    def _tip_force(self, t, position, velocity):
-        force, _ = self.scene.tip_force(t, position, velocity)
-        return force
 
     def force(self, mbs, t, item, q, v):
         q, v = np.asarray(q), np.asarray(v)
@@ -166,7 +184,8 @@ class _Loads:
         f[:, :3] = self.mass[:, None] * (field + position @ by_position.T
                                          + velocity @ by_velocity.T)
         if self.scene.contact:
-            f[-1, :3] += self._tip_force(t, position[-1], velocity[-1])
+            touch = self.scene.touching
+            f[touch, :3] += self.scene.forces(t, position[touch], velocity[touch])[0]
         return f.ravel()
 
     def jacobian(self, mbs, t, item, q, v, by_q, by_v):
@@ -178,15 +197,21 @@ class _Loads:
         index = np.arange(count)
         blocks[index, :3, index, :3] = self.mass[:, None, None] * small
         if self.scene.contact:
-            q, v = np.asarray(q), np.asarray(v)
-            position = self.start[-1] + q[self.tip:self.tip + 3]
-            velocity = v[self.tip:self.tip + 3]
-            here = self._tip_force(t, position, velocity)
-            if here.any():
-                for k in range(3):
-                    dx, dv = np.zeros(3), np.zeros(3)
-                    dx[k], dv[k] = 1e-9, 1e-6
-                    column = by_q * (self._tip_force(t, position + dx, velocity) - here) / 1e-9
-                    column += by_v * (self._tip_force(t, position, velocity + dv) - here) / 1e-6
-                    full[self.tip:self.tip + 3, self.tip + k] -= column
+            self._add_contact(blocks, t, np.asarray(q), np.asarray(v), by_q, by_v)
         return full
+
+    def _add_contact(self, blocks, t, q, v, by_q, by_v):
+        """Take the contact's derivatives, by differences, from the diagonal blocks."""
+        touch = self.scene.touching
+        position = (self.start + q.reshape(-1, 6)[:, :3])[touch]
+        velocity = v.reshape(-1, 6)[touch, :3]
+        here, _ = self.scene.forces(t, position, velocity)
+        if not here.any():
+            return
+        index = np.arange(len(self.mass))[touch]
+        for k in range(3):
+            dx, dv = np.zeros(3), np.zeros(3)
+            dx[k], dv[k] = 1e-9, 1e-6
+            column = by_q * (self.scene.forces(t, position + dx, velocity)[0] - here) / 1e-9
+            column += by_v * (self.scene.forces(t, position, velocity + dv)[0] - here) / 1e-6
+            blocks[index, :3, index, k] -= column

@@ -6,7 +6,6 @@ frame, clamped to the world, which is MuJoCo's fastest case; frame forces, gravi
 law are applied at each step. Vertices stand at half, one and a half ... elements, so that each
 bends over one element; the first edge, half of it before the clamp, is held.
 """
-import math
 import time
 
 import numpy as np
@@ -75,7 +74,8 @@ def solve(scene, elements, step, *, sample=1e-3):
     every = max(1, round(sample / step))
     steps = round(scene.duration / step)
     times, path, impulse = [0.0], [start[-1].copy()], 0.0
-    limit = mass[-1] / step
+    touch = scene.touching
+    limits = mass[touch] / step
     still = scene.mean == 0.0 and not scene.contact
     if still:   # nothing changes with time: one constant load
         data.qfrc_applied[dofs] = mass[:, None] * (scene.field(0.0)[0] @ turn)
@@ -93,9 +93,10 @@ def solve(scene, elements, step, *, sample=1e-3):
         field, by_position, by_velocity = scene.field(t + 0.5 * step)
         force = mass[:, None] * (field + position @ by_position.T + velocity @ by_velocity.T)
         if scene.contact:
-            push, normal = _tip_push(scene, t, position[-1], velocity[-1], limit)
-            force[-1] += push
-            impulse += normal * step
+            # friction no larger than what stops a node in a step
+            push, normal = scene.forces(t, position[touch], velocity[touch], limits)
+            force[touch] += push
+            impulse += float(normal.sum()) * step
         data.qfrc_applied[dofs] = force @ turn
         mujoco.mj_step(model, data)
         if i % every == 0:
@@ -107,17 +108,3 @@ def solve(scene, elements, step, *, sample=1e-3):
         raise RuntimeError('MuJoCo: the solution diverged')
     return np.array(times), path, impulse, wall
 
-
-def _tip_push(scene, t, x, v, limit):
-    """Return the contact force, its friction no larger than what stops the tip in a step [N]."""
-    force, normal = scene.tip_force(t, x, v)
-    if normal == 0.0:
-        return force, 0.0
-    axes = scene.axes(t)
-    w = scene.motion(t)[1]
-    slip = axes @ np.array([v[0] - w * x[1], v[1] + w * x[0], v[2]])
-    speed = math.hypot(slip[0] + scene.velocity, slip[1])
-    up = axes[2] * normal
-    friction = force - up
-    size = float(np.linalg.norm(friction))
-    return up + friction * min(1.0, limit * speed / max(size, 1e-30)), normal

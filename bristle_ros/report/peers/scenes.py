@@ -1,16 +1,20 @@
 """
-The five scenes that other programs are compared on, as equations for them and as Scenes for us.
+The scenes that other programs are compared on, as equations for them and as Scenes for us.
 
 S1 cantilever dropped from the horizontal; S2 free rotation; S3 bouncing sweep; S4 tilted deep
-sweep; S5 free rotation with beta_D = 21 ms. For the other programs the contact is a penalty law:
-normal force Kn d (1 + d' s/m), friction regularised at 1 cm/s. Ours keeps exact Coulomb friction.
+sweep; S5 free rotation with beta_D = 21 ms; and those of road/subjects.py. For the other programs
+the contact is a penalty law: normal force Kn d (1 + c d'), friction regularised at 1 cm/s, at the
+tip, or on the scenes of the road at every node. Ours keeps exact Coulomb friction.
 """
 import math
 from typing import NamedTuple
 
-from bristle_ros.scene import (Brush, Contact, Damping, Drive, Friction, Road, Run, Scene, Solver,
-                               Sweeper)
+from bristle_ros.report.road.subjects import NAMES as NAMES_OF_ROAD, road_duration, road_scene
+from bristle_ros.scene import (Brush, Contact, Damping, Drive, Friction, is_uneven, Road, Run,
+                               Scene, Solver, Sweeper)
 import numpy as np
+
+from .surface import surface_gaps
 
 RPM = math.pi / 30.0
 LENGTH, BREADTH, WIDTH = 0.240, 0.002, 0.0005
@@ -40,6 +44,10 @@ class PeerScene(NamedTuple):
     depth: float = 0.0              # [m] penetration
     approach: float = 0.0           # [s]
     contact: bool = False
+    stiffness: float = KN           # [N/m] of a node's contact
+    rate: float = HUNT_CROSSLEY     # [s/m] c
+    whole: bool = False             # whether all nodes touch, or the tip alone
+    gaps: object = None             # places [m] to gaps [m] and normals; None: the plane
 
     def motion(self, t):
         """Return angle, speed and acceleration of the brush."""
@@ -73,24 +81,50 @@ class PeerScene(NamedTuple):
         return (lowest + self.depth * s * s * (3.0 - 2.0 * s),
                 self.depth * 6.0 * s * (1.0 - s) / self.approach)
 
-    def tip_force(self, t, x, v):
-        """Return the contact force on the tip in brush axes [N] and its normal part [N]."""
+    @property
+    def by_impulse(self):
+        """Whether programs are judged by the impulse and not by the tip's path."""
+        return self.contact and not self.whole
+
+    @property
+    def touching(self):
+        """Return which nodes may touch, as a slice."""
+        return slice(None) if self.whole else slice(-1, None)
+
+    def forces(self, t, x, v, most=math.inf):
+        """
+        Return the contact forces on nodes in brush axes and their normal parts [N].
+
+        x [m], v [m/s] : (n, 3)    of the nodes, brush axes;  returns (n, 3), (n,)
+        most [kg/s] : (n,)         friction per slip speed, such as what stops a node in a step
+        """
         axes = self.axes(t)
         height, rise = self.ground(t)
-        inside = height - axes[2] @ x
-        if inside <= 0.0:
-            return np.zeros(3), 0.0
+        places = x @ axes.T
+        places[:, 2] -= height
+        if self.gaps is None:
+            gaps, normals = places[:, 2], np.broadcast_to((0.0, 0.0, 1.0), places.shape)
+        else:
+            places[:, 0] += self.velocity * t
+            gaps, normals = self.gaps(places)
+        if not (gaps < 0.0).any():
+            return np.zeros(x.shape), np.zeros(len(x))
         w = self.motion(t)[1]
-        absolute = axes @ np.array([v[0] - w * x[1], v[1] + w * x[0], v[2]])
-        absolute[0] += self.velocity
-        normal = max(0.0, KN * inside * (1.0 + HUNT_CROSSLEY * (rise - absolute[2])))
-        slip = math.hypot(absolute[0], absolute[1])
-        drag = -self.friction * normal / math.hypot(slip, SLIP)
-        return axes.T @ np.array([drag * absolute[0], drag * absolute[1], normal]), normal
+        over = v @ axes.T + w * (np.stack((-x[:, 1], x[:, 0], np.zeros(len(x))), axis=1) @ axes.T)
+        over += (self.velocity, 0.0, -rise)
+        leaving = (over * normals).sum(axis=1)
+        normal = self.stiffness * np.maximum(-gaps, 0.0) * np.maximum(
+            0.0, 1.0 - self.rate * leaving)
+        slip = over - leaving[:, None] * normals
+        drag = np.minimum(most, self.friction * normal / np.sqrt(
+            (slip ** 2).sum(axis=1) + SLIP ** 2))
+        return (normal[:, None] * normals - drag[:, None] * slip) @ axes, normal
 
 
 def peer_scene(name):
     """Return the PeerScene of a name of NAMES."""
+    if name in NAMES_OF_ROAD:
+        return _on_road(name)
     if name == 'S1':
         return PeerScene('S1', 0.5, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     usual = {'clamp': (RADIUS, 0.0, 0.0), 'along': (math.sin(PHI), 0.0, -math.cos(PHI)),
@@ -105,8 +139,25 @@ def peer_scene(name):
     return PeerScene(name, 0.5, **usual, damping=0.021 if name == 'S5' else 0.0)
 
 
+def _on_road(name):
+    """Return a scene of the road as a peer needs it; its kerb stands from the start."""
+    scene = road_scene(name, 1e-4)
+    phi, contact = scene.brush.mount_angle, scene.contact
+    return PeerScene(
+        name, road_duration(name), (scene.brush.mount_radius, 0.0, 0.0),
+        (math.sin(phi), 0.0, -math.cos(phi)), (0.0, 1.0, 0.0), mean=scene.drive.mean_speed,
+        tilt=scene.road.attack_angle, start_angle=scene.brush.start_angle,
+        mass_damping=scene.damping.mass, damping=scene.damping.stiffness,
+        friction=scene.friction.static, velocity=scene.sweeper.velocity[0],
+        depth=scene.road.penetration, approach=scene.road.approach_time, contact=True,
+        stiffness=contact.normal_stiffness, rate=contact.damping, whole=True,
+        gaps=surface_gaps(scene) if is_uneven(scene.gutter, scene.profile) else None)
+
+
 def our_scene(name, its, **solver):
     """Return the same as our Scene; solver: keys of its solver section."""
+    if name in NAMES_OF_ROAD:
+        return road_scene(name, its, **solver)
     peer = peer_scene(name)
     solver = {'integration_time_step': its, **solver}
     chunk = max(1, round(5e-3 / its)) * its

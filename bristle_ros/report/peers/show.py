@@ -94,22 +94,27 @@ def show(page, data, results):
                  'fastest for them: in the rotating frame, the clamp at rest.')
     page.says('Versions: ' + ', '.join(f'{name} {version}' for name, version
                                        in data['versions'].items()) + '.')
+    show_scenes(page, data)
+
+
+def show_scenes(page, data, prefix=''):
+    """Put the figure and the tables of some scenes on the page; prefix : of the tables' names."""
     page.figure([panel(scene) for scene in data['scenes']],
                 'Error against run time of all programs; lower left is better.',
                 legend(['bristle_ros', *data['versions']]))
-    page.table('peers_equal_error', ratios(data), {
+    page.table(prefix + 'peers_equal_error', ratios(data), {
         'scene': 'scene', 'program': 'program', 'level': 'error level [%]',
         'ours': 'ours, wall time per simulated second [s]',
         'theirs': 'theirs, wall time per simulated second [s]',
         'ratio': 'theirs over ours', 'remark': 'remark'},
         'Run time at equal error: above 1 ours is the faster.')
-    page.table('peers_converged', list(_converged_rows(data)), {
+    page.table(prefix + 'peers_converged', list(_converged_rows(data)), {
         'scene': 'scene', 'program': 'program', 'how': 'converged run',
         'own': 'its own error [%]', 'path': 'its path from ours [%]',
         'impulse': 'its impulse from ours [%]'},
         'How far the converged runs of the programs lie apart.')
     page.fold('All runs of all programs')
-    page.table('peers', list(_run_rows(data)), {
+    page.table(prefix + 'peers', list(_run_rows(data)), {
         'scene': 'scene', 'program': 'program', 'label': 'setting', 'error': 'error [%]',
         'scatter': 'scatter over start angles [%]',
         'wall': 'wall time per simulated second [s]', 'remark': 'remark'},

@@ -4,7 +4,7 @@ import math
 from bristle_ros.scene import longest, widest
 import numpy as np
 
-from .ground import Ground, mount_to_road
+from bristle_ros.report.ground import Ground, mount_to_road
 
 CONE = 1e-9         # excess of the friction over mu_s times the normal force, relative
 RIGID = 1e-12       # [m] a rigid road may be entered

@@ -4,7 +4,7 @@ import math
 from bristle_ros.scene import brush_rows, from_parameters, SceneError, tip_depth
 import numpy as np
 
-from .ground import Ground, mount_to_road
+from bristle_ros.report.ground import Ground, mount_to_road
 
 TRIES = 100         # draws of a surface, until one can be and no wire starts inside it
 ALONG = 25          # points of a straight wire that have to be outside

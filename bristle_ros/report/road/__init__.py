@@ -1,0 +1,1 @@
+"""Error against run time where the road is not level, or the wire lies down on it."""
