@@ -12,6 +12,7 @@ from .measure import MEASURES
 from .study_file import MOST_TURNS, Study
 from .table_file import read_table
 
+TASKS = 8               # for each worker, of the runs of a round
 SHARE = 0.03            # deviation of a measure without one, of its mean magnitude
 _KEYS = {key.name: key for key in keys()}
 
@@ -19,7 +20,8 @@ _KEYS = {key.name: key for key in keys()}
 def _parse(arguments):
     parser = Parser('fit', 'Finds parameters of a scene by least squares from measured rows: a '
                     'CSV with columns that are keys of the scene (what was set), measures (what '
-                    'was measured) and, if known, MEASURE_sd (its standard deviation).')
+                    'was measured) and, if known, MEASURE_sd (its standard deviation). The model '
+                    'is run for sets of parameters, and polynomials through them are searched.')
     parser.add_argument('scene', metavar='SCENE.yaml')
     parser.add_argument('measured', metavar='MEASURED.csv')
     parser.add_argument('--vary', metavar='KEY=LOW:HIGH[:log]', action='append', required=True,
@@ -46,11 +48,20 @@ def main(arguments):
                      options.settle, options.sample)
     folder = Path(options.output).expanduser()
     folder.mkdir(parents=True, exist_ok=True)
-    from .cluster import open_cluster
+    rows = list(zip(*given['set'])) if given['set'] else [()] * len(given['values'][0])
+    from .cluster import ClusterLost, open_cluster
     from .fitting import fit
     from .main import cores
-    with open_cluster(None, options.workers or cores()) as client:
-        found = fit(factors, residuals(study, measures, given, client))
+    try:
+        with open_cluster(None, options.workers or cores()) as client:
+            found = fit(factors, residuals(simulated(study, rows, measures, client), given),
+                        tell=_tell_round)
+    except ClusterLost as error:
+        print(f'fit: {error}', file=sys.stderr)
+        return 3
+    if found is None:
+        raise SceneError('most scenes in these ranges cannot be run: give others', key='--vary',
+                         value=' '.join(options.vary))
     _tell(found, factors, measures, given, folder)
     return 1 if found.doubts else 0
 
@@ -109,46 +120,69 @@ def _columns(options, factors):
     return measures, found
 
 
-def residuals(study, measures, given, client):
-    """Return the function of many places that `fitting.fit` takes, run by a cluster's workers."""
-    rows = list(zip(*given['set'])) if given['set'] else [()] * len(given['values'][0])
-    measured = np.array(given['values']).T
-    deviations = np.array(given['deviations']).T
+def simulated(study, rows, measures, client):
+    """
+    Return the function of places (k tuples) that gives measures (k, rows, measures) of all rows.
+
+    rows : what was set of each, tuples that come before a place among the study's values
+    """
+    from .cluster import in_flight
+    tasks = TASKS * sum(client.nthreads().values())
+
+    def submit(part):
+        return client.submit(measures_of, *part, study, tuple(measures), pure=False)
 
     def of(places):
         jobs = [(*row, *place) for place in places for row in rows]
-        values = client.gather(client.map(
-            measures_of, jobs, study=study, names=tuple(measures), pure=False))
-        shape = (len(places), len(rows), len(measures))
-        return list(((np.array(values).reshape(shape) - measured) / deviations).reshape(
-            len(places), -1))
+        size = -(-len(jobs) // tasks)
+        values = np.empty((len(jobs), len(measures)))
+        for first, part in in_flight(client, ((at, jobs[at:at + size]) for at in range(
+                0, len(jobs), size)), submit, lambda: False):
+            values[first:first + len(part)] = part
+        return values.reshape(len(places), len(rows), len(measures))
     return of
 
 
-def measures_of(values, study, names):
-    """Return measures of one run; NaN where it cannot be run."""
+def residuals(of, given):
+    """Return the function that `fitting.fit` takes, of what `simulated` gives and the table."""
+    measured, deviations = np.array(given['values']).T, np.array(given['deviations']).T
+    return lambda places: ((of(places) - measured) / deviations).reshape(len(places), -1)
+
+
+def measures_of(first, rows, study, names):
+    """Return `first`, and measures of each of these rows; NaN where one cannot be run."""
     from bristle_ros.simulation import StepFailure
 
     from .batch import run_scene
-    try:
-        row = run_scene(study, study.scene_of(values))[0]
-    except (SceneError, StepFailure):
-        return [float('nan')] * len(names)
-    return [row[name] for name in names]
+    found = []
+    for values in rows:
+        try:
+            row = run_scene(study, study.scene_of(values))[0]
+        except (SceneError, StepFailure, MemoryError, FloatingPointError):
+            row = dict.fromkeys(names, float('nan'))
+        found.append([row[name] for name in names])
+    return first, found
+
+
+def _tell_round(number, sets, place):
+    print(f'fit: round {number}: {sets} parameter sets, residuals are {place.scale:.3g} of the '
+          f'deviations, the widest interval is {min(2.0 * place.width.max(), 1.0):.0%} of its '
+          'range', file=sys.stderr, flush=True)
 
 
 def _tell(found, factors, measures, given, folder):
     lines = [f'{factor.key} = {value:.4g}, 95 % from {low:.4g} to {high:.4g}'
              for factor, value, low, high in zip(factors, found.value, found.low, found.high)]
-    lines.append(f'residuals are {found.scale:.3g} of the deviations assumed; {found.runs} '
-                 'parameter sets were tried')
+    lines.append(f'residuals are {found.scale:.3g} of the deviations, in which the emulator has '
+                 f'{found.error.mean():.3g}; {found.sets} parameter sets were run')
     lines += found.doubts or ['the data tell all of them apart']
     print('\n'.join(lines))
     kept = {'parameters': {factor.key: {'value': v, 'low': low, 'high': high} for
                            factor, v, low, high in zip(factors, found.value.tolist(),
                                                        found.low.tolist(), found.high.tolist())},
             'correlation': found.correlation.tolist(), 'residuals': found.residuals.tolist(),
-            'measures': measures, 'scale': found.scale, 'doubts': found.doubts}
+            'emulator_error': found.error.tolist(), 'measures': measures, 'scale': found.scale,
+            'sets': found.sets, 'doubts': found.doubts}
     with WholeFile(folder / 'fit.json', text=True, overwrite=True) as file:
         json.dump(kept, file, indent=1)
     with WholeFile(folder / 'index.html', text=True, overwrite=True) as file:
@@ -172,4 +206,4 @@ def _page(found, factors, measures, given, lines):
     return figure.to_html(include_plotlyjs=True)
 
 
-__all__ = ['main', 'residuals', 'study_of']
+__all__ = ['main', 'residuals', 'simulated', 'study_of']

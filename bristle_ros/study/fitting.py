@@ -1,13 +1,17 @@
 """
 Parameters from measurements by least squares, with what the data can and cannot tell.
 
-Each parameter is a place u from 0 to 1 in its range, linear or logarithmic. Residuals are
-(simulated - measured) / deviation; derivatives are central differences wide enough that the noise
-of simulated impacts does not drown them. With J at the solution, n residuals and p parameters,
+Each parameter is a place u from 0 to 1 in its range, linear or logarithmic. Parameter sets are
+drawn to fill a box, the model is run for each, and an `Emulator` of the residuals r = (simulated -
+measured) / deviation is searched in its place; sets are drawn anew in a box around what was found,
+as wide as its uncertainty, until the place found moves by less than that. With J the emulator's
+slopes at the place found, e its errors, n residuals and p parameters,
 
-    covariance = s^2 (J^T J)^-1,  s^2 = r.r / (n - p),  interval = u +- t(0.975, n - p) sqrt(diag).
+    W = diag(1 / (1 + e^2)),  covariance = max(1, s^2) (J^T W J)^-1,  s^2 = r^T W r / (n - p),
+    interval = u +- t(0.975, n - p) sqrt(diag).
 
-Source: Seber and Wild, Nonlinear Regression (1989), sec. 2.1.2 and 5.1.
+Sources: Seber and Wild, Nonlinear Regression (1989), sec. 2.1.2; Vernon, Goldstein and Bower
+(2010), Bayesian Analysis 5(4), 619-669, for the error of an emulator in a comparison and rounds.
 """
 import math
 from typing import NamedTuple
@@ -17,12 +21,19 @@ from scipy.optimize import least_squares
 from scipy.special import stdtrit
 from scipy.stats import qmc
 
-WIDE = 0.02             # of a parameter's range, each way, of a difference
-SCANNED = 10            # starts that are tried before the best is followed, a parameter
-APART = 0.98            # correlation from which two parameters cannot be told apart
+from .emulator import Emulator, powers
+
+ROUNDS = 8              # at most
+FIRST, LATER = 4, 2     # sets drawn, for each coefficient of a quadratic polynomial
+REACH = 3.0             # half a box, in deviations of the place found
+STARTS = 8              # places from which an emulator is searched
+STAYS = 0.5             # of the half width of an interval: a move that is none
+SHRUNK = 0.8            # of the last round's intervals: what is no longer worth a round
 UNKNOWN = 0.5           # half width, as a share of the range, from which one is not known
+INVOLVED = 0.3          # of a unit vector: parameters that take part in a direction
 NOISY = 1.5             # residuals, in deviations, from which a fit is none
-WORST = 1e3             # residual of a row that could not be run
+_PRIOR = 12.0           # of a place from 0 to 1: 1 / variance
+_WALL = 1e3             # residual of a place outside the range by its whole width
 
 
 class Fit(NamedTuple):
@@ -32,79 +43,149 @@ class Fit(NamedTuple):
     low: np.ndarray         # 95 % interval
     high: np.ndarray
     correlation: np.ndarray
-    residuals: np.ndarray
+    residuals: np.ndarray   # in deviations assumed, (n,)
+    error: np.ndarray       # of the emulator, in the same, (n,)
     scale: float            # s: 1 where the given deviations are right
     doubts: list            # what the data cannot tell, in words
-    runs: int
+    sets: int               # that were run
 
 
-def fit(factors, residuals_of, seed=1):
+class Place(NamedTuple):
+    """What one emulator says of the best place."""
+
+    u: np.ndarray
+    size: np.ndarray        # singular values of the weighted slopes, over max(1, scale)
+    turned: np.ndarray      # (p, p): the directions that they belong to, a column each
+    width: np.ndarray       # half widths of the 95 % intervals
+    residuals: np.ndarray
+    error: np.ndarray
+    scale: float
+
+    @property
+    def axes(self):
+        """The box to draw from next; the range is known beforehand, so it has an end."""
+        return self.turned * (REACH / np.sqrt(self.size ** 2 + _PRIOR))
+
+
+def fit(factors, residuals_of, seed=1, tell=None):
     """
     Fit parameters.
 
     factors : list of Factor with a range
-    residuals_of : list of tuples of values -> list of (n,) residuals; may work on many at once
+    residuals_of : list of tuples of values -> list of (n,) residuals, NaN where it cannot be run
+    tell(number of round, number of sets, Place) : is called after each round
+    Returns None where too few sets can be run.
     """
     p = len(factors)
-    count = 0
+    coefficients = len(powers(p, 2))
+    center, axes = np.full(p, 0.5), 0.5 * np.eye(p)
+    places, residuals = np.empty((0, p)), None
+    place, moved = None, True
+    for turn in range(ROUNDS):
+        new = draw(center, axes, (LATER if turn else FIRST) * coefficients, seed + turn)
+        found = np.array(residuals_of([_values(factors, u) for u in new]))
+        places = np.vstack((places, new))
+        residuals = found if residuals is None else np.vstack((residuals, found))
+        inside = np.abs((places - center) @ np.linalg.inv(axes).T).max(axis=1) <= 1.0 + 1e-9
+        inside &= np.isfinite(residuals).all(axis=1)
+        if inside.sum() <= coefficients:
+            return None
+        before = place
+        place = search(Emulator(center, axes, places[inside], residuals[inside]),
+                       places[inside])
+        if tell:
+            tell(turn + 1, len(places), place)
+        if before is not None:
+            moved = not _stays(before, place)
+            if not moved:
+                break
+        center, axes = place.u, place.axes
+    failed = int((~np.isfinite(residuals)).any(axis=1).sum())
+    return _judged(factors, place, len(places), failed, moved)
 
-    def at(places):
-        nonlocal count
-        count += len(places)
-        found = residuals_of([tuple(factor.at(float(np.clip(u, 0.0, 1.0)))
-                                    for factor, u in zip(factors, place)) for place in places])
-        return [np.where(np.isfinite(r), r, WORST) for r in found]
 
-    def slopes(u):
-        ahead, behind = np.minimum(u + WIDE, 1.0), np.maximum(u - WIDE, 0.0)
-        places = []
-        for i in range(p):
-            for end in (ahead, behind):
-                place = u.copy()
-                place[i] = end[i]
-                places.append(place)
-        found = at(places)
-        return np.column_stack([(found[2 * i] - found[2 * i + 1]) / (ahead[i] - behind[i])
-                                for i in range(p)])
-
-    starts = qmc.LatinHypercube(p, rng=np.random.default_rng(seed)).random(SCANNED * p)
-    costs = [float(r @ r) for r in at(list(starts))]
-    solution = least_squares(lambda u: at([u])[0], starts[int(np.argmin(costs))], slopes,
-                             bounds=(0.0, 1.0), x_scale=0.1, xtol=1e-4, ftol=1e-5, max_nfev=25)
-    return _judged(factors, solution.x, solution.fun, slopes(solution.x), count)
+def draw(center, axes, count, seed):
+    """Return `count` places (count, p) that fill the part of a box which is in the range."""
+    sampler = qmc.Sobol(len(center), rng=np.random.default_rng(seed))
+    found = np.empty((0, len(center)))
+    while len(found) < count:
+        more = center + (2.0 * sampler.random(256) - 1.0) @ axes.T
+        found = np.vstack((found, more[((more >= 0.0) & (more <= 1.0)).all(axis=1)]))
+    return found[:count]
 
 
-def _judged(factors, u, residuals, jacobian, count):
-    n, p = jacobian.shape
-    scale = math.sqrt(float(residuals @ residuals) / (n - p))
-    _, size, axes = np.linalg.svd(jacobian, full_matrices=False)
-    floor = 1e-9 * max(float(size[0]), 1e-300)
-    half = axes.T / np.maximum(size, floor)
-    covariance = scale ** 2 * half @ half.T
+def search(emulator, starts):
+    """Return the Place of the least residuals in an emulator's box, from the best of `starts`."""
+    weight = 1.0 / np.sqrt(1.0 + emulator.error ** 2)
+
+    def of(s):
+        u = emulator.center + emulator.axes @ s
+        return np.concatenate((weight * emulator.at(u), _WALL * (u - np.clip(u, 0.0, 1.0))))
+
+    def slopes(s):
+        u = emulator.center + emulator.axes @ s
+        wall = np.diag(_WALL * ((u < 0.0) | (u > 1.0)))
+        return np.vstack((weight[:, None] * emulator.slopes(u), wall)) @ emulator.axes
+
+    costs = np.sum((weight * emulator.at(starts)) ** 2, axis=1)
+    inside = np.linalg.solve(emulator.axes, (starts - emulator.center).T).T
+    found = [least_squares(of, np.clip(inside[i], -1.0, 1.0), slopes, bounds=(-1.0, 1.0))
+             for i in np.argsort(costs)[:STARTS]]
+    best = min(found, key=lambda solution: solution.cost)
+    u = np.clip(emulator.center + emulator.axes @ best.x, 0.0, 1.0)
+    residuals = emulator.at(u)
+    n, p = len(residuals), len(u)
+    scale = math.sqrt(np.sum((weight * residuals) ** 2) / (n - p))
+    _, size, directions = np.linalg.svd(weight[:, None] * emulator.slopes(u) / max(1.0, scale),
+                                        full_matrices=False)
+    width = float(stdtrit(n - p, 0.975)) * np.linalg.norm(
+        directions.T / np.maximum(size, _least(size)), axis=1)
+    return Place(u, size, directions.T, width, residuals, emulator.error, scale)
+
+
+def _least(size):
+    return 1e-9 * max(float(size[0]), 1e-300)
+
+
+def _stays(before, now):
+    """Whether a round moved the place by less than its interval, which no longer shrinks."""
+    return bool((np.abs(now.u - before.u) <= STAYS * now.width).all()
+                and (now.width >= SHRUNK * before.width).all())
+
+
+def _values(factors, u):
+    return tuple(factor.at(float(np.clip(x, 0.0, 1.0))) for factor, x in zip(factors, u))
+
+
+def _judged(factors, place, sets, failed, moved):
+    half = place.turned / np.maximum(place.size, _least(place.size))
+    covariance = half @ half.T
     spread = np.sqrt(np.diag(covariance))
-    width = float(stdtrit(n - p, 0.975)) * spread
-    apart = np.outer(spread, spread)
-    correlation = np.divide(covariance, apart, out=np.eye(p), where=apart > 0.0)
-
-    def value(places):
-        return np.array([float(factor.at(float(np.clip(place, 0.0, 1.0))))
-                         for factor, place in zip(factors, places)])
-    return Fit(value(u), value(u - width), value(u + width), correlation, residuals, scale,
-               _doubts(factors, u, width, correlation, scale), count)
+    low, value, high = (np.array(_values(factors, place.u + sign * place.width))
+                        for sign in (-1.0, 0.0, 1.0))
+    return Fit(value, low, high, covariance / np.outer(spread, spread), place.residuals,
+               place.error, place.scale, _doubts(factors, place, sets, failed, moved), sets)
 
 
-def _doubts(factors, u, width, correlation, scale):
+def _doubts(factors, place, sets, failed, moved):
     found = []
-    if scale > NOISY:
-        found.append(f'residuals are {scale:.2g} deviations: the model does not come down to the '
-                     'noise, or the search stopped early; the intervals do not hold')
-    for i, factor in enumerate(factors):
-        if width[i] >= UNKNOWN:
-            found.append(f'{factor.key}: the data do not tell it within its range')
-        elif u[i] in (0.0, 1.0) or min(u[i], 1.0 - u[i]) < 1e-6:
+    if place.scale > NOISY:
+        found.append(f'residuals are {place.scale:.2g} deviations: the model does not come down '
+                     'to the noise; the intervals do not hold')
+    if moved:
+        found.append(f'the place found still moved after {ROUNDS} rounds: the intervals may not '
+                     'hold')
+    if failed:
+        found.append(f'{failed} of {sets} parameter sets could not be run')
+    n, p = len(place.residuals), len(factors)
+    reach = float(stdtrit(n - p, 0.975)) / np.maximum(place.size, _least(place.size))
+    for width, direction in zip(reach, place.turned.T):
+        if width < UNKNOWN:
+            continue
+        names = [factor.key for factor, part in zip(factors, direction) if abs(part) > INVOLVED]
+        found.append(f'{names[0]}: the data do not tell it within its range' if len(names) == 1
+                     else f'{" and ".join(names)} cannot be told apart')
+    for factor, u in zip(factors, place.u):
+        if min(u, 1.0 - u) < 1e-3:
             found.append(f'{factor.key}: at the end of its range')
-        for j in range(i):
-            if abs(correlation[i, j]) > APART:
-                found.append(f'{factors[j].key} and {factor.key} cannot be told apart: '
-                             f'correlation {correlation[i, j]:.3f}')
-    return found
+    return list(dict.fromkeys(found))

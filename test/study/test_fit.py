@@ -1,5 +1,6 @@
 """Fits of closed forms: intervals, and what the data cannot tell; a series over another."""
 from bristle_ros.study.comparing import compare
+from bristle_ros.study.emulator import Emulator
 from bristle_ros.study.factor import Factor
 from bristle_ros.study.fitting import fit
 import numpy as np
@@ -24,6 +25,54 @@ def test_intervals_hold_the_truth():
         found = fit(FACTORS, lambda places, m=measured, s=sd: [(law(*p) - m) / s for p in places])
         held += np.sum((found.low <= truth) & (truth <= found.high))
     assert held >= 50       # of 60: 57 expected, 3 deviations below
+
+
+def test_intervals_hold_the_truth_of_a_model_that_scatters():
+    # teeth far finer than any difference, of twice the noise of a measurement: an impact's like
+    rng = np.random.default_rng(3)
+    phase = rng.uniform(0.0, 6.0, SPEED.size)
+
+    def rough(parameters):
+        return law(*parameters) + 0.02 * np.sin(4e3 * sum(parameters) + phase)
+
+    held = 0
+    for _ in range(20):
+        truth = [factor.at(place) for factor, place in zip(FACTORS, rng.uniform(0.3, 0.7, 3))]
+        measured = rough(truth) + 0.01 * rng.standard_normal(SPEED.size)
+        found = fit(FACTORS, lambda places, m=measured: [(rough(p) - m) / 0.01 for p in places])
+        held += np.sum((found.low <= truth) & (truth <= found.high))
+        assert found.error.mean() == pytest.approx(2.0 / np.sqrt(2.0), rel=0.5)
+    assert held >= 50
+
+
+def test_sets_that_cannot_be_run_are_left_out_and_told():
+    truth = (0.3, 0.7, 0.5)
+
+    def residuals(places):
+        return [np.full(SPEED.size, np.nan) if kinetic > 0.45
+                else (law(kinetic, *more) - law(*truth)) / 0.01
+                for kinetic, *more in places]
+    found = fit(FACTORS, residuals)
+    assert found.value == pytest.approx(truth, rel=0.02)
+    assert any('could not be run' in doubt for doubt in found.doubts)
+    assert fit(FACTORS, lambda places: [np.full(SPEED.size, np.nan)] * len(places)) is None
+
+
+def test_an_emulator_is_exact_for_a_cubic_and_knows_the_scatter_of_noise():
+    rng = np.random.default_rng(5)
+    center, axes = np.array([0.4, 0.6]), np.array([[0.2, 0.1], [-0.1, 0.2]])
+    places = center + rng.uniform(-1.0, 1.0, (400, 2)) @ axes.T
+    x, y = places.T
+    outputs = np.column_stack((x ** 3 - 2.0 * x * y + 1.0,
+                               2.0 * x + 0.1 * rng.standard_normal(400)))
+    emulator = Emulator(center, axes, places, outputs)
+    assert emulator.error[0] < 1e-10
+    assert emulator.error[1] == pytest.approx(0.1, rel=0.15)
+    assert emulator.at(places)[:, 0] == pytest.approx(outputs[:, 0], abs=1e-10)
+    assert emulator.slopes(places[0]) == pytest.approx(np.array(
+        [[3.0 * x[0] ** 2 - 2.0 * y[0], -2.0 * x[0]], [2.0, 0.0]]), abs=0.2)
+    assert emulator.slopes(places[0])[0] == pytest.approx(
+        [3.0 * x[0] ** 2 - 2.0 * y[0], -2.0 * x[0]], abs=1e-9)
 
 
 def test_parameters_that_act_together_are_not_told_apart():
