@@ -147,8 +147,8 @@ def picture(results):
                 plot(axes, program, *zip(*part))
         axes.set(xlim=(min(min(walls), 0.5) / 2.0, max(max(walls), 1.0) * 2.0),
                  ylim=(min(errors) / 2.0, max(errors) * 2.0))
-        log_axes(axes)
         real_time(axes)
+        log_axes(axes)
         panels.append(svg(figure, f'{scene}: error against run time'))
     names = [name for name in ('bristle_ros', 'exudyn', 'mujoco')
              if any(name in programs for programs in curves.values())]

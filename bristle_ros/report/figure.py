@@ -16,6 +16,7 @@ MARKS = {
     'displacement, TS > ITS': ('#e377c2', '*', '\u2605'),
     '6 elements': ('#bcbd22', 'v', '\u25bc'), '8 elements': ('#2ca02c', '^', '\u25b2'),
     '12 elements': ('#1f77b4', 'o', '\u25cf'), '16 elements': ('#d62728', 's', '\u25a0'),
+    'whole wire': ('#1f77b4', 'o', '\u25cf'), 'tip alone': ('#ff7f0e', 'v', '\u25bc'),
     'road lying': ('#1f77b4', 'o', '\u25cf'), 'road kerb': ('#d62728', 's', '\u25a0'),
     'road sine': ('#2ca02c', '^', '\u25b2'), 'road rough': ('#ff7f0e', 'v', '\u25bc'),
     'road edge': ('#9467bd', 'D', '\u25c6'),

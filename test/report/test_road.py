@@ -10,7 +10,7 @@ from bristle_ros.report.peers import exudyn as peers_exudyn, mujoco as peers_muj
 from bristle_ros.report.peers.comparison import path_error, Solution
 from bristle_ros.report.peers.scenes import peer_scene
 from bristle_ros.report.peers.surface import surface_gaps
-from bristle_ros.report.road import measure, show
+from bristle_ros.report.road import assumption, measure, show
 from bristle_ros.report.road.subjects import NAMES, road_scene, subject_of
 from bristle_ros.report.runs import Path, run, whole_impulse_error
 from bristle_ros.report.verdict import Measured
@@ -85,3 +85,19 @@ def test_a_peer_meets_the_same_kerb(module, elements, step, bound):
     peer = peer_scene('kerb')._replace(duration=0.1)
     theirs = Solution(*module.solve(peer, elements, step))
     assert path_error(theirs, run(road_scene('kerb', 1e-4), 0.1)) < bound
+
+
+def test_what_the_tip_alone_costs_is_told_from_both_ways():
+    def row(value, wire, tip):
+        return {'value': value, 'wire': {'normal': wire, 'side': 0.0, 'torque': 0.1},
+                'tip': {'normal': tip, 'side': 0.0, 'torque': 0.05}}
+    data = {'penetration': [row(20.0, 0.2, 0.2), row(160.0, 0.4, 0.2)], 'kerb': [
+        {'value': 0.0, 'wire': {'failed': 'stopped'}, 'tip': {'normal': 1.0, 'side': 0.0,
+                                                            'torque': 0.0}}]}
+    rows = assumption.differences(data)
+    assert [row['normal_off'] for row in rows] == [pytest.approx(0.0), pytest.approx(-50.0), None]
+    assert rows[2]['remark'] == 'stopped'
+    page = Page('assumption')
+    assumption.show(page, data)
+    assert '-50 % at 160, penetration' in page.content()
+    assert '1 of 2 differ' in page.content()

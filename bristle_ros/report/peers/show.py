@@ -53,8 +53,8 @@ def panel(scene):
             plot(axes, program, [wall.value for wall in walls], errors)
             bars(axes, program, [wall.value for wall in walls], errors,
                  [wall.low for wall in walls], [wall.high for wall in walls])
-    log_axes(axes)
     real_time(axes)
+    log_axes(axes)
     return svg(figure, f'{scene["name"]}: {title} against run time, all programs')
 
 

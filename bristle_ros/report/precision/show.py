@@ -104,11 +104,11 @@ def panel(entry, key):
             bars(axes, family, [wall.value for wall in walls], [row[key] for row in rows],
                  [wall.low for wall in walls], [wall.high for wall in walls])
     _ring(axes, entry, key)
-    log_axes(axes)
     own = entry['own'].get(key)
     if own:
         axes.axhline(own, color='#888', ls=':', lw=1.2)
     real_time(axes)
+    log_axes(axes)
     return svg(figure, f'{entry["name"]}: {TITLES[key]} against wall seconds per simulated second')
 
 

@@ -11,6 +11,7 @@ from bristle_ros.report.runs import prepare_run, run, tip_error, whole_impulse_e
 from bristle_ros.report.timing import Timed
 from bristle_ros.report.workers import Failed, Job
 
+from . import assumption
 from .subjects import (CONVERGED, FINE_MESH, FINE_STEP, MESHES, road_scene, SECOND, STEPS,
                        SUBJECTS, TOLERANCES, USUAL)
 
@@ -34,7 +35,7 @@ def settings(quick):
               {'elements': elements})
              for elements in (MESHES[1:3] if quick else MESHES)
              for its in (STEPS[1:-1] if quick else STEPS)]
-    return found + [('adaptive', f'tol {tolerance:g}', STEPS[0],
+    return found + [('adaptive', f'adaptive, tolerance {tolerance:g}', STEPS[0],
                      {'step': 'adaptive', 'error_tolerance': tolerance, 'elements': USUAL[0]})
                     for tolerance in TOLERANCES]
 
@@ -57,11 +58,11 @@ def _runs(quick):
 
 
 def measure(context, subjects=SUBJECTS):
-    """Return the part's data: {'subjects': [...], 'peers': data of comparison.py or None}."""
+    """Return the part's data: its scenes, what the assumption costs, and other programs."""
     found = [_subject(context, number, subject, len(subjects))
              for number, subject in enumerate(subjects)]
     peers = None if context.quick else comparison.measure(context, BESIDE_PEERS)
-    return {'subjects': found, 'peers': peers}
+    return {'subjects': found, 'assumption': assumption.measure(context), 'peers': peers}
 
 
 def _subject(context, number, subject, count):

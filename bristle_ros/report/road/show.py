@@ -4,6 +4,7 @@ from bristle_ros.report.peers import show as peers
 from bristle_ros.report.timing import quartiles, slowness
 from bristle_ros.report.verdict import Measured, widen
 
+from . import assumption
 from .subjects import CONVERGED, FINE_MESH, FINE_STEP, MESHES, NAMES, USUAL
 
 TITLES = {'tip': 'error of the tip path [%]', 'impulse': 'error of the impulse per 5 ms [%]'}
@@ -54,16 +55,16 @@ def _panel(entry, key):
             plot(axes, family, [wall.value for wall in walls], errors)
             bars(axes, family, [wall.value for wall in walls], errors,
                  [wall.low for wall in walls], [wall.high for wall in walls])
-    log_axes(axes)
     axes.axhline(entry['limits'][key], color='#c00000', ls='--', lw=1.0)
     if entry['own'].get(key):
         axes.axhline(entry['own'][key], color='#888', ls=':', lw=1.2)
     real_time(axes)
+    log_axes(axes)
     return svg(figure, f'{entry["name"]}: {TITLES[key]} against wall seconds per simulated second')
 
 
 def _refined(data, which, key, x):
-    figure, axes = new_panel(x, x, TITLES[key])
+    figure, axes = new_panel(f'{which} alone', x, TITLES[key])
     for entry in data['subjects']:
         rows = [row for row in entry[which] if row[key] > 0.0]
         if rows:
@@ -114,17 +115,23 @@ def show(page, data, results):
         page.figure([_panel(entry, key) for entry in entries
                      if any(row[key] > 0.0 for row in _timed(entry))],
                     f'{TITLES[key].capitalize()} against run time, mesh and step refined '
-                    'together; lower left is better.', legend(FAMILIES))
+                    'together; lower left is better.', legend(
+                        [family for family in FAMILIES if any(
+                            row['family'] == family for entry in entries
+                            for row in _timed(entry))]))
     page.heading('Each refinement alone', 3)
     page.explain(f'Left and right tell apart what the last figures mix: steps with {USUAL[0]} '
                  'elements against the finest of them, and meshes with steps of '
                  f'{1e6 * FINE_STEP:g} us against one of {FINE_MESH} elements.')
-    page.figure([_refined(data, which, key, x) for key in TITLES for which, x in (
-        ('steps', 'integration step [us]'), ('meshes', 'elements along the wire'))],
-        'What steps and meshes each leave, in all scenes.',
-        legend([f'road {entry["name"]}' for entry in data['subjects']],
-               {f'road {name}': name for name in NAMES}))
+    for key, title in TITLES.items():
+        page.figure([_refined(data, which, key, x) for which, x in (
+            ('steps', 'integration step [us]'), ('meshes', 'elements along the wire'))],
+            f'{title.capitalize()} that steps and meshes each leave, in all scenes.',
+            legend([f'road {entry["name"]}' for entry in data['subjects']],
+                   {f'road {name}': name for name in NAMES}))
+    assumption.show(page, data.get('assumption'))
     if data['peers']:
+        page.heading('Other programs on this road', 3)
         peers.show_scenes(page, data['peers'], 'road_')
     page.fold('All runs and refinements on the road')
     page.table('road_refinement', list(_refinement_rows(data)), {
