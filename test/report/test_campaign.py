@@ -65,7 +65,17 @@ def test_a_spoilt_output_is_seen(spoil, word):
     watch.look(snapshot, stepped=True)
     assert watch.wrong == []
     watch.look(spoil(snapshot), stepped=True)
+    watch.look(spoil(snapshot), stepped=True)
     assert word in ' '.join(watch.wrong)
+
+
+def test_energy_that_a_single_look_sees_is_an_overshoot():
+    watch, snapshot = watched()
+    watch.look(snapshot, stepped=True)
+    watch.look(snapshot._replace(energy_kinetic=snapshot.energy_kinetic
+                                 + snapshot.energy_elastic), stepped=True)
+    watch.look(snapshot, stepped=True)
+    assert watch.wrong == []
 
 
 def test_a_rigid_road_entered_is_seen():
@@ -175,7 +185,8 @@ def test_between_corners_energy_from_nowhere_is_seen():
         simulation.advance(5)
     assert watch.wrong == []
     stored = snapshot.energy_kinetic + snapshot.energy_elastic
-    watch.look(snapshot._replace(work_external=snapshot.work_external - 0.5 * stored))
+    for _ in range(2):
+        watch.look(snapshot._replace(work_external=snapshot.work_external - 3.0 * stored))
     assert 'energy from nowhere' in watch.wrong[0]
 
 
