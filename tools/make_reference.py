@@ -18,7 +18,7 @@ from bristle_ros.__main__ import VERBS  # noqa: E402
 from bristle_ros.messages.encode import TF  # noqa: E402
 from bristle_ros.scene.scene import from_parameters, keys  # noqa: E402
 from bristle_ros.scene.error import spell  # noqa: E402
-from bristle_ros.simulation.snapshot import NPZ_ARRAYS  # noqa: E402
+from bristle_ros.simulation.snapshot import AIR_ARRAYS, NPZ_ARRAYS  # noqa: E402
 
 HEAD = """# Reference
 
@@ -101,6 +101,8 @@ ARRAYS = {
     'clamp_stress_min': ('n, B, 4', 'Pa', 'its least over all steps and sub-steps since the '
                          'sample before'),
     'clamp_stress_max': ('n, B, 4', 'Pa', 'its largest'),
+    'air_force': ('n, B, 3', 'N', 'of still air on the whole wire, road axes; with `air.density` '
+                  'above 0'),
     'base_pose': ('n, 3', 'm, m, rad', "x, y and heading of the sweeper's base on the road"),
     'wall_time': ('', 's', 'stepping alone'),
     'compile_time': ('', 's', 'all that was compiled or loaded before'),
@@ -184,7 +186,8 @@ def main():
               'n samples of B bristles; one wire each, but for `brush_*`.', '']
     lines += table(('array', 'shape', 'unit', 'meaning'),
                    [(f'`{name}`', f'({meaning[0]})', *meaning[1:]) for name, meaning in
-                    with_meaning((*NPZ_ARRAYS, 'wall_time', 'compile_time'), ARRAYS, 'arrays')])
+                    with_meaning((*NPZ_ARRAYS, *AIR_ARRAYS, 'wall_time', 'compile_time'), ARRAYS,
+                                 'arrays')])
     print('\n'.join(lines))
 
 

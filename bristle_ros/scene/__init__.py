@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .rows import (bristle_count as bristle_count, brush_rows as brush_rows,
                        longest as longest, reach as reach, Row as Row, tip_depth as tip_depth,
                        widest as widest)
-    from .sections import (Bristle as Bristle, Brush as Brush, Contact as Contact,
+    from .sections import (Air as Air, Bristle as Bristle, Brush as Brush, Contact as Contact,
                            Damping as Damping, Drive as Drive, Friction as Friction, Road as Road,
                            Run as Run, Solver as Solver, Sweeper as Sweeper)
     from .drive_table import speed_table as speed_table, start_speed as start_speed
@@ -34,8 +34,8 @@ __getattr__, __dir__ = lazily(__name__, {
               'gutter_friction', 'keys', 'load', 'LONGEST', 'Scene', 'steps',
               'to_parameters', 'to_yaml', 'with_contents'],
     'rows': ['bristle_count', 'brush_rows', 'longest', 'reach', 'Row', 'tip_depth', 'widest'],
-    'sections': ['Bristle', 'Brush', 'Contact', 'Damping', 'Drive', 'Friction', 'Road', 'Run',
-                 'Solver', 'Sweeper'],
+    'sections': ['Air', 'Bristle', 'Brush', 'Contact', 'Damping', 'Drive', 'Friction', 'Road',
+                 'Run', 'Solver', 'Sweeper'],
     'drive_table': ['speed_table', 'start_speed'],
     'surface': ['cross_section', 'Gutter', 'is_uneven', 'Piece', 'Profile'],
     'surface_mesh': ['SurfaceMesh', 'SurfaceMesher'],

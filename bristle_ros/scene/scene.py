@@ -18,12 +18,12 @@ from .key import Key, key_of, number
 from .names import full_name, matches, ros_arguments, split_override
 from .parameter_file import Entry, read_file, read_text
 from .rows import ONE_VALUE, tip_depth, widest
-from .sections import (Bristle, Brush, Contact, Damping, Drive, Friction, Log, Road, Run,
+from .sections import (Air, Bristle, Brush, Contact, Damping, Drive, Friction, Log, Road, Run,
                        SceneSection, Solver, Sweeper, WITH_TABLE)
 from .surface import check_surface, Gutter, Profile
 
 __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Friction', 'Damping',
-           'Drive', 'Gutter', 'Profile', 'Sweeper', 'Solver', 'Run', 'Log', 'load',
+           'Air', 'Drive', 'Gutter', 'Profile', 'Sweeper', 'Solver', 'Run', 'Log', 'load',
            'from_parameters', 'from_arguments', 'keys', 'depth_refusal', 'describe_keys',
            'gutter_friction', 'steps', 'to_yaml', 'to_parameters', 'with_contents']
 
@@ -48,6 +48,7 @@ class Scene:
     contact: Contact = field(default_factory=Contact)
     friction: Friction = field(default_factory=Friction)
     damping: Damping = field(default_factory=Damping)
+    air: Air = field(default_factory=Air)
     gravity: float = number(9.81, 'm/s^2', 0.0, 1000.0, 'along the road normal; 0: none')
     drive: Drive = field(default_factory=Drive)
     sweeper: Sweeper = field(default_factory=Sweeper)

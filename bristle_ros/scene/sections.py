@@ -127,6 +127,16 @@ class Damping(SceneSection):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Air(SceneSection):
+    """Still air, through which the wires are moved."""
+
+    density: float = number(0.0, 'kg/m^3', 0.0, 100.0, 'rho: of air 1.2; 0: no air')
+    drag_coefficient: float = number(
+        1.2, '1', 0.0, 10.0, 'Cd: force per length is 1/2 rho Cd w v_n^2, v_n the velocity across '
+        "the wire, w the section's width seen from there")
+
+
+@dataclass(frozen=True, kw_only=True)
 class Drive(SceneSection):
     """The speed of the brush about its axis; positive is counter-clockwise seen from above."""
 

@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     from .run_warnings import (QUANTITIES as QUANTITIES, RunWarning as RunWarning,
                                RunWatch as RunWatch)
     from .simulation import Simulation as Simulation, StepFailure as StepFailure
+    from .snapshot import (ACCOUNTED as ACCOUNTED, AIR_ARRAYS as AIR_ARRAYS,
+                           NPZ_ARRAYS as NPZ_ARRAYS, Snapshot as Snapshot)
     from .surface import surface_of as surface_of
-    from .snapshot import (ACCOUNTED as ACCOUNTED, NPZ_ARRAYS as NPZ_ARRAYS, Snapshot as Snapshot)
 
 __getattr__, __dir__ = lazily(__name__, {
     'commands': ['check_command', 'CommandRefused', 'Values', 'values_of'],
@@ -25,6 +26,6 @@ __getattr__, __dir__ = lazily(__name__, {
     'polygon': ['load_steps', 'ring_of'],
     'run_warnings': ['QUANTITIES', 'RunWarning', 'RunWatch'],
     'simulation': ['Simulation', 'StepFailure'],
+    'snapshot': ['ACCOUNTED', 'AIR_ARRAYS', 'NPZ_ARRAYS', 'Snapshot'],
     'surface': ['surface_of'],
-    'snapshot': ['ACCOUNTED', 'NPZ_ARRAYS', 'Snapshot'],
 })

@@ -72,6 +72,7 @@ def static_equilibrium(scene: Scene) -> Equilibrium:
     state.motion[PENETRATION + 1:PENETRATION + 3] = scene.road.penetration
     settle_state(scene, models, state, scratch)
     rows = np.zeros((len(state.nodes), output.BRISTLE_COLUMNS))
-    observe_rows(models, contact_law(scene), None, state, scratch, rows, np.zeros(output.TOTALS))
+    observe_rows(models, states_of(state, models), contact_law(scene), None, scratch, rows,
+                 np.zeros(output.TOTALS))
     return Equilibrium(rows[:, :3].copy(), state.tip[:, FORCE + 2].copy(),
                        rows[:, output.MOUNT_MOMENT:output.MOUNT_MOMENT + 3].copy())

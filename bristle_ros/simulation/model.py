@@ -12,8 +12,9 @@ from bristle_ros.physics.motion import (APPROACHING, BASICS, CONSTANT, Drive, FO
                                         MOVED, new_motion, SINE, SPEED, VAP)
 from bristle_ros.physics.step import (AUDIT, BATCH, corner_factors, COUNTS, generalized_alpha, hht,
                                       Model, newmark, PARTS, Scheme, Scratch, State)
-from bristle_ros.physics.wire import (BLOCK, block_count, chain_work, ELEMENTS, INERTIA, LANES,
-                                      MASS, MIDS, Q, Q0, RECORD, ROWS, Section, WEIGHT, X, X0)
+from bristle_ros.physics.wire import (Air, BLOCK, block_count, chain_work, ELEMENTS, INERTIA,
+                                      LANES, MASS, MIDS, Q, Q0, RECORD, ROWS, Section, WEIGHT, X,
+                                      X0)
 from bristle_ros.scene import brush_rows, Row, Scene, SceneError, speed_table, tip_depth
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +83,15 @@ def contact_law(scene: Scene) -> ContactLaw | None:
     return ContactLaw(0.0 if math.isinf(stiffness) else stiffness, scene.contact.damping,
                       scene.friction.static, scene.friction.kinetic, scene.friction.decay,
                       surface_of(scene))
+
+
+def air_of(scene: Scene) -> Air | None:
+    """Return the Air, or None where the scene has none."""
+    if scene.air.density == 0.0 or scene.air.drag_coefficient == 0.0:
+        return None
+    b = scene.bristle
+    half = 0.5 * scene.air.density * scene.air.drag_coefficient / b.density
+    return Air(half / b.width, half / b.breadth)
 
 
 def viscosity_of(scene: Scene) -> float | None:
@@ -154,7 +164,7 @@ def build_model(scene: Scene, row: Row | None = None) -> Model:
         clamp, corner_factors(b.breadth, b.width, _axes(clamp[3:])),
         b.density * b.breadth * b.width * section.element_length / 6.0,
         float(scene.brush.wires_per_bristle), scene.solver.load_case == 'displacement',
-        local_error_of(scene, scene.solver.error_tolerance, row.length))
+        local_error_of(scene, scene.solver.error_tolerance, row.length), air_of(scene))
 
 
 def _aligned(*shape: int) -> NDArray[np.float64]:

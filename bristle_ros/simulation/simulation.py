@@ -90,6 +90,9 @@ class Simulation:
         self._rows = np.zeros((self.bristles, output.BRISTLE_COLUMNS))
         self._totals = np.zeros(output.TOTALS)
         self.state = build_state(scene, *models)
+        self._states = states_of(self.state, models)
+        self._lengths = [(part, row.length)
+                         for part, row in zip(rows_of(models), brush_rows(scene))]
         self._stepper = Stepper(models, self._law, self._viscosity, self.state,
                                 accounting=energies, threads=threads)
         self._start: list[NDArray[np.float64] | NDArray[np.int64]] = []
@@ -155,7 +158,7 @@ class Simulation:
             settle_state(self.scene, self.models, self.state, self._scratch)
         if self.model.displacement:
             turn_nodes(self.state, self.scene.brush.start_angle)
-        for model, part in zip(self.models, states_of(self.state, self.models)):
+        for model, part in zip(self.models, self._states):
             initialise(model, self._viscosity, part, self._scratch)
         gaps = self._start_gaps()
         if not steady:
@@ -235,8 +238,8 @@ class Simulation:
         No step may have more than model.WORST_ERROR.
         """
         self._stepper.models = tuple(
-            model._replace(local_error=local_error_of(self.scene, tolerance, row.length))
-            for model, row in zip(self.models, brush_rows(self.scene)))
+            model._replace(local_error=local_error_of(self.scene, tolerance, length))
+            for model, (_, length) in zip(self.models, self._lengths))
 
     def check_command(self, topic: str, values: Values) -> None:
         """Raise CommandRefused where `command` would; change nothing."""
@@ -316,7 +319,7 @@ class Simulation:
                 float(motion[MOVED + 1]) - (s * x + c * y) + self.kerb_offset(), heading)
 
     def _observe(self) -> None:
-        observe_rows(self.models, self._law, self._viscosity, self.state, self._scratch,
+        observe_rows(self.models, self._states, self._law, self._viscosity, self._scratch,
                      self._rows, self._totals)
 
     def snapshot(self) -> Snapshot:
@@ -329,9 +332,8 @@ class Simulation:
                 numbers[..., columns[name]] = math.nan
         found: dict[str, Any] = {name: rows[:, place] for name, place in _BRISTLE.items()}
         found |= {name: totals[place] for name, place in _BRUSH.items()}
-        found['error_estimate'] = max(
-            float(found['error_estimate'][part].max()) / row.length
-            for part, row in zip(rows_of(self.models), brush_rows(self.scene)))
+        found['error_estimate'] = max(float(found['error_estimate'][part].max()) / length
+                                      for part, length in self._lengths)
         counts = self.state.counts.sum(axis=0)
         return Snapshot(step=self.step, t=self.step * self.its,
                         newton_iterations=int(counts[NEWTON]), substeps=int(counts[SUBSTEPS]),

@@ -31,6 +31,7 @@ class Snapshot(NamedTuple):
     mount_force: Floats                 # [N] (B, 3) of the wire on the board, brush axes
     mount_moment: Floats                # [N m] (B, 3) about the wire's clamp, brush axes
     mount_damping_force: Floats         # [N] (B, 3) its beta_D part, x along that bristle's radius
+    air_force: Floats                   # [N] (B, 3) of still air on the wire, road axes
     brush_force: Floats                 # [N] (3,) of the brush on the sweeper, mount axes
     brush_torque: Floats                # [N m] (3,) about the mount centre, mount axes
     contact_force_mount: Floats         # [N] (3,) of the road on the brush, mount axes
@@ -56,6 +57,8 @@ NPZ_ARRAYS = (
     'brush_torque', 'energy_kinetic', 'energy_elastic', 'energy_dissipated', 'work_external',
     'newton_iterations', 'substeps', 'base_pose', 'clamp_stress', 'clamp_stress_min',
     'clamp_stress_max')
+# where the scene has air
+AIR_ARRAYS = ('air_force',)
 # what is kept only where the simulation was built with its accounts
 ACCOUNTED = ('energy_kinetic', 'energy_elastic', 'energy_dissipated', 'work_external',
              'clamp_stress_min', 'clamp_stress_max')

@@ -11,7 +11,7 @@ import warnings
 from bristle_ros.command_line import add_scene, INTERRUPTED, load_scene, Parser, StopSignals
 from bristle_ros.scene import load, Scene, SceneError, steps
 
-from .sample_file import (check_output, chosen_arrays, open_output, SampleArrays,
+from .sample_file import (arrays_of, check_output, chosen_arrays, open_output, SampleArrays,
                           wants_accounts)
 
 if TYPE_CHECKING:
@@ -66,8 +66,8 @@ class _Run:
     """One offline run: its driver, and what the summary says about it."""
 
     def __init__(self, scene_or_path, duration, sample, commands, overrides, arrays):
-        self.arrays = arrays
         self.scene = _scene(scene_or_path, sample, overrides)
+        self.arrays = arrays_of(self.scene, arrays)
         self.steps = steps(self.scene, duration, 'duration')
         its = self.scene.solver.integration_time_step
         events = list(_events(commands, its))

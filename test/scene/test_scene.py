@@ -22,6 +22,7 @@ profile: {kind: none, amplitude: 0.003, wavelength: 0.060, phase: 0.0, roughness
 contact: {enabled: true, normal_stiffness: 1.0e5, damping: 0.0}
 friction: {static: 0.70, kinetic: 0.27, decay: 0.40}
 damping: {mass: 0.1, stiffness: 0.0}
+air: {density: 0.0, drag_coefficient: 1.2}
 gravity: 9.81
 drive: {profile: sine, mean_speed: 10.472, alternating_speed: 0.0, frequency: 5.0, shape: 0.08, max_acceleration: 50.0, max_speed: 320.0, file: ""}
 sweeper: {velocity: [0.0, 0.0], max_acceleration: 2.0, max_speed: 20.0, max_yaw_rate: 2.0, max_yaw_acceleration: 2.0, mount_position: [0.0, 0.0]}

@@ -11,9 +11,9 @@ from bristle_ros.physics.contact import (BEFORE, FORCE, GAP, OPEN, rotate_back, 
                                          spring_energy, STATE)
 from bristle_ros.physics.motion import (CLAMP, DRAG_RATE, DRAG_SPIN, GRAVITY, ROTATION, SPIN,
                                         SPIN_RATE, THETA)
-from bristle_ros.physics.wire import (clamp_reaction, HV, INERTIA, LANES, MASS, Q0, RATE0,
-                                      RATEACC0, stiffness, STRAIN, STRAIN0, tip_lane, V0, W0,
-                                      WEIGHT, X, X0)
+from bristle_ros.physics.wire import (clamp_air, clamp_reaction, HV, INERTIA, LANES, MASS,
+                                      node_air, Q, Q0, RATE0, RATEACC0, stiffness, STRAIN, STRAIN0,
+                                      tip_lane, V0, W0, WEIGHT, X, X0)
 
 DISSIPATED = 0
 WORK = DISSIPATED + 1
@@ -122,6 +122,39 @@ def _account_node(model, s, j, i, frames, start, end, cv):
 
 
 @jit
+def _account_air(model, air, s, frames, step):
+    """Return the work that still air does in the brush's axes over the step, and what it takes."""
+    if air is None:
+        return 0.0, 0.0
+    work, power = 0.0, 0.0
+    for j in range(model.blocks):
+        for i in range(LANES):
+            mass = s[j, MASS * LANES + i]
+            x = (s[j, X0 * LANES + i], s[j, (X0 + 1) * LANES + i], s[j, (X0 + 2) * LANES + i])
+            y = (s[j, X * LANES + i], s[j, (X + 1) * LANES + i], s[j, (X + 2) * LANES + i])
+            v = (s[j, V0 * LANES + i], s[j, (V0 + 1) * LANES + i], s[j, (V0 + 2) * LANES + i])
+            w = (step.cv * (y[0] - x[0]) + s[j, HV * LANES + i],
+                 step.cv * (y[1] - x[1]) + s[j, (HV + 1) * LANES + i],
+                 step.cv * (y[2] - x[2]) + s[j, (HV + 2) * LANES + i])
+            p = (s[j, Q0 * LANES + i], s[j, (Q0 + 1) * LANES + i], s[j, (Q0 + 2) * LANES + i],
+                 s[j, (Q0 + 3) * LANES + i])
+            q = (s[j, Q * LANES + i], s[j, (Q + 1) * LANES + i], s[j, (Q + 2) * LANES + i],
+                 s[j, (Q + 3) * LANES + i])
+            f1, f2, f3, one = node_air(air, mass, x, p, v, frames[0])
+            g1, g2, g3, two = node_air(air, mass, y, q, w, frames[2])
+            power += one + two
+            f1, f2, f3 = to_brush(model, frames[0], f1, f2, f3)
+            g1, g2, g3 = to_brush(model, frames[2], g1, g2, g3)
+            x1, x2, x3 = to_brush(model, frames[0], x[0], x[1], x[2])
+            y1, y2, y3 = to_brush(model, frames[2], y[0], y[1], y[2])
+            work += 0.5 * ((y1 - x1) * (f1 + g1) + (y2 - x2) * (f2 + g2) + (y3 - x3) * (f3 + g3))
+    _, _, _, one = clamp_air(air, model.clamp_mass, frames[0, DRAG_SPIN], frames[0])
+    _, _, _, two = clamp_air(air, model.clamp_mass, frames[2, DRAG_SPIN], frames[2])
+    lost = -0.5 * step.h * (power + one + two)
+    return work + lost, lost    # what the brush's motion puts in
+
+
+@jit
 def _clamp_work(model, audit, s, frames):
     """
     Return the work of the driven clamp's deviation from its circle over the step.
@@ -178,6 +211,9 @@ def account_step(model, law, viscosity, audit, bristle, scratch, step):
             by_frame, by_damping = _account_node(model, s, j, i, frames, start, end, step.cv)
             work += by_frame
             dissipated += by_damping
+    by_air, lost = _account_air(model, model.air, s, frames, step)
+    work += by_air
+    dissipated += lost
     if viscosity is not None:
         c = stiffness(model.section)
         for j in range(model.blocks):

@@ -2,9 +2,9 @@
 from bristle_ros.physics.compiler import jit
 from bristle_ros.physics.contact import FORCE, GAP, rotate, rotate_back
 from bristle_ros.physics.motion import CLAMP, HEIGHT, ROTATION
-from bristle_ros.physics.wire import (CORNER, eliminate, factorise, HA, HV, internal_forces,
-                                      INVERSE, LANES, OK, pseudo_step, Q, R, residual, substitute,
-                                      tip_lane, X, X0)
+from bristle_ros.physics.wire import (add_air, CORNER, eliminate, factorise, HA, HV,
+                                      internal_forces, INVERSE, LANES, OK, pseudo_step, Q, R,
+                                      residual, substitute, tip_lane, X, X0)
 
 from .newton import move_nodes, NO_CONVERGENCE
 from .records import bristle_of
@@ -94,6 +94,7 @@ def settle(model, law, state, number, frame, load, scratch):
         for _ in range(ITERATIONS):
             internal_forces(s, blocks, frame[CLAMP:], model.section, 1.0, 0.0)
             residual(s, blocks, ca, 0.0, 0.0, frame)
+            add_air(s, blocks, 0.0, model.air, frame)
             if factorise(s, elements, model.section, pseudo_step(ca), frame, mids, chain,
                          scratch.work) != OK:
                 break

@@ -13,10 +13,10 @@ from bristle_ros.physics.contact import (begin_contact, CONTRACTION, correct_con
                                          MATRIX_STEP, rotate_back, STATE, STEP, TREND, USUAL)
 from bristle_ros.physics.motion import CLAMP, ROTATION
 from bristle_ros.physics.wire import (accept_damping, accept_section_forces, accept_step,
-                                      add_excess, begin_section_forces, begin_step, eliminate,
-                                      factorise, internal_forces, LANES, local_error, MASS, OK,
-                                      predict_damping, Q, R, rescale_memory, residual, strains,
-                                      substitute, tip_lane, update_section_forces, X)
+                                      add_air, add_excess, begin_section_forces, begin_step,
+                                      eliminate, factorise, internal_forces, LANES, local_error,
+                                      MASS, OK, predict_damping, Q, R, rescale_memory, residual,
+                                      strains, substitute, tip_lane, update_section_forces, X)
 
 from .energy import account_step, DISSIPATED
 from .scheme import newton_tolerance, step_coefficients
@@ -191,6 +191,7 @@ def solve_step(model, law, bristle, scratch, step):
     for iteration in range(MAX_ITERATIONS):
         internal_forces(nodes, model.blocks, end[CLAMP:], model.section, step.factor, 1.0)
         residual(nodes, model.blocks, step.ca, step.cv, model.mass_damping, end)
+        add_air(nodes, model.blocks, step.cv, model.air, end)
         fresh = refresh
         if fresh:
             if not renew_matrix(model, bristle, scratch, step):

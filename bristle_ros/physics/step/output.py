@@ -8,13 +8,14 @@ from bristle_ros.physics.contact import (ESTIMATE, FORCE, GAP, IMPULSE, rotate, 
                                          spring_energy)
 from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, HEIGHT, is_polygon,
                                         OMEGA, ROTATION, SPIN, SPIN_RATE, THETA, turn_frame)
-from bristle_ros.physics.wire import (clamp_reaction, internal_forces, LANES, Q, RATE0, stiffness,
-                                      STRAIN0, STRAIN_BEFORE, STRESS0, tip_lane, X)
+from bristle_ros.physics.wire import (clamp_reaction, internal_forces, LANES, MASS, node_air, Q,
+                                      Q0, RATE0, stiffness, STRAIN0, STRAIN_BEFORE, STRESS0,
+                                      tip_lane, V0, X, X0)
 
 from .clearance import lowest_node
 from .energy import DISSIPATED, kinetic_energy, strain_energy, STRESS_MAX, STRESS_MIN, WORK
 from .stepping import own_frame
-from .stress import corner_stress
+from .stress import air_on_clamp, corner_stress
 
 # What a bristle's row holds: names of a Snapshot's fields and how many numbers each has.
 BRISTLE = {
@@ -22,12 +23,13 @@ BRISTLE = {
     'tip_orientation': 4, 'tip_orientation_mount': 4,   # x, y, z, w
     'contact_force': 3, 'contact_impulse': 3, 'mount_force': 3, 'mount_moment': 3,
     'mount_damping_force': 3,                           # bristle's own axes
+    'air_force': 3,
     'error_estimate': 1,                                # [m]
     'clamp_stress': 4, 'clamp_stress_min': 4, 'clamp_stress_max': 4,
     'worst': 3}     # largest of these, depth of the wire below road and tip, of the tip
 (POSITION, POSITION_ROAD, POSITION_MOUNT, ORIENTATION, ORIENTATION_MOUNT, CONTACT, CONTACT_IMPULSE,
- MOUNT_FORCE, MOUNT_MOMENT, DAMPING_FORCE, ERROR, CORNER_STRESS, LEAST_STRESS, LARGEST_STRESS,
- WORST, BRISTLE_COLUMNS) = accumulate(BRISTLE.values(), initial=0)
+ MOUNT_FORCE, MOUNT_MOMENT, DAMPING_FORCE, AIR_FORCE, ERROR, CORNER_STRESS, LEAST_STRESS,
+ LARGEST_STRESS, WORST, BRISTLE_COLUMNS) = accumulate(BRISTLE.values(), initial=0)
 # The same of the whole brush.
 BRUSH = {
     'brush_force': 3, 'brush_torque': 3, 'contact_force_mount': 3, 'contact_torque_mount': 3,
@@ -153,12 +155,32 @@ def _put_damping_force(model, viscosity, s, clamp, turns, row):
             _put_damping(s, model, viscosity, STRAIN0, 1.0 / model.its)
 
 
+@jit
+def _put_air(model, air, s, driven, row):
+    """Store the air's force on the whole wire, road axes; driven: the frame of the nodes."""
+    row[AIR_FORCE:AIR_FORCE + 3] = 0.0
+    if air is None:
+        return
+    f1, f2, f3 = air_on_clamp(model, air, driven)
+    for j in range(model.blocks):
+        for i in range(LANES):
+            x = (s[j, X0 * LANES + i], s[j, (X0 + 1) * LANES + i], s[j, (X0 + 2) * LANES + i])
+            q = (s[j, Q0 * LANES + i], s[j, (Q0 + 1) * LANES + i], s[j, (Q0 + 2) * LANES + i],
+                 s[j, (Q0 + 3) * LANES + i])
+            v = (s[j, V0 * LANES + i], s[j, (V0 + 1) * LANES + i], s[j, (V0 + 2) * LANES + i])
+            g1, g2, g3, _ = node_air(air, s[j, MASS * LANES + i], x, q, v, driven)
+            f1, f2, f3 = f1 + g1, f2 + g2, f3 + g3
+    row[AIR_FORCE], row[AIR_FORCE + 1], row[AIR_FORCE + 2] = rotate(driven, ROTATION, f1, f2, f3)
+
+
 @inlined
-def _put_mount(model, bristle, s, clamp, own, turns, row):
+def _put_mount(model, bristle, s, driven, own, turns, row):
     """Store what the wire does to the board; return force and moment, bristle's own axes."""
+    clamp = driven[CLAMP:]
     internal_forces(s, model.blocks, clamp, model.section, 1.0, 0.0)
     f1, f2, f3, m1, m2, m3 = clamp_reaction(s, clamp)
-    f1, f2, f3 = turned(turns.c_back, turns.s_back, f1, f2, f3)
+    a1, a2, a3 = air_on_clamp(model, model.air, driven)
+    f1, f2, f3 = turned(turns.c_back, turns.s_back, f1 + a1, f2 + a2, f3 + a3)
     m1, m2, m3 = turned(turns.c_back, turns.s_back, m1, m2, m3)
     o1, o2, o3 = own[SPIN], own[SPIN + 1], own[SPIN + 2]
     d1, d2, d3 = own[SPIN_RATE], own[SPIN_RATE + 1], own[SPIN_RATE + 2]
@@ -240,7 +262,8 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
         clamp = driven[CLAMP:]
         place = _put_tip(model, bristle, s, tip, own, turns, row)
         _put_damping_force(model, viscosity, s, clamp, turns, row)
-        f1, f2, f3, m1, m2, m3 = _put_mount(model, bristle, s, clamp, own, turns, row)
+        f1, f2, f3, m1, m2, m3 = _put_mount(model, bristle, s, driven, own, turns, row)
+        _put_air(model, model.air, s, driven, row)
         _put_stress(row, model.corners, state.audit[bristle], f1, f2, f3, m1, m2, m3)
         _put_depths(model, law, s, tip[GAP], own, turns, row)
         c = turns.c_theta * ca - turns.s_theta * sa

@@ -3,7 +3,7 @@ from typing import NamedTuple
 
 from bristle_ros.physics.compiler import inlined
 from bristle_ros.physics.motion import Drive
-from bristle_ros.physics.wire import Section
+from bristle_ros.physics.wire import Air, Section
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,6 +29,7 @@ class Model(NamedTuple):
     wires: float                # real wires per bristle
     displacement: bool          # load case: solved in mount axes with the clamp driven
     local_error: float          # [m] above which a step is taken in halves
+    air: Air | None             # None: left out
 
 
 class State(NamedTuple):

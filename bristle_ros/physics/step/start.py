@@ -1,8 +1,9 @@
 """Consistent accelerations at the start: without them every second-order scheme is first order."""
 from bristle_ros.physics.motion import CLAMP, DRAG_RATE, DRAG_SPIN
-from bristle_ros.physics.wire import (A0, ACC0, ELEMENTS, HA, HV, INERTIA, internal_forces, LANES,
-                                      MASS, Q, R, RATEACC0, residual, ROWS, SECTION_FORCE0, STRAIN,
-                                      STRAIN0, STRAIN_BEFORE, STRESS, V0, X, X0)
+from bristle_ros.physics.wire import (A0, ACC0, add_air, ELEMENTS, HA, HV, INERTIA,
+                                      internal_forces, LANES, MASS, Q, R, RATEACC0, residual, ROWS,
+                                      SECTION_FORCE0, STRAIN, STRAIN0, STRAIN_BEFORE, STRESS, V0,
+                                      X, X0)
 import numpy as np
 
 from .records import Model, Scratch, State
@@ -39,6 +40,7 @@ def _accelerate(model, s, nodes, frame):
     nodes[..., HA:HA + 6] = 0.0
     nodes[..., HV:HV + 6] = nodes[..., V0:V0 + 6]
     residual(s, model.blocks, 0.0, 0.0, model.mass_damping, frame)
+    add_air(s, model.blocks, 0.0, model.air, frame)
     force, moment = nodes[..., R:R + 3], nodes[..., R + 3:R + 6]
     nodes[..., ACC0:ACC0 + 3] = _turned(q, force) / nodes[..., MASS:MASS + 1]
     nodes[..., ACC0 + 3:ACC0 + 6] = moment / nodes[..., INERTIA:INERTIA + 3]

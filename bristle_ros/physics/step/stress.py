@@ -16,8 +16,8 @@ their negatives, acts on the face whose normal is -x: the same stress. Shear and
 out: they vanish at the corners of a rectangle.
 """
 from bristle_ros.physics.compiler import jit
-from bristle_ros.physics.motion import CLAMP
-from bristle_ros.physics.wire import clamp_reaction
+from bristle_ros.physics.motion import CLAMP, DRAG_SPIN
+from bristle_ros.physics.wire import clamp_air, clamp_reaction
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,6 +49,15 @@ def corner_stress(factors, f1, f2, f3, m1, m2, m3):
 
 
 @jit
+def air_on_clamp(model, air, frame):
+    """Return the air's force on the clamped node [N], the frame's axes."""
+    if air is None:
+        return 0.0, 0.0, 0.0
+    f1, f2, f3, _ = clamp_air(air, model.clamp_mass, frame[DRAG_SPIN], frame)
+    return f1, f2, f3
+
+
+@jit
 def note_stress(model, audit, s, scratch):
     """
     Widen the extremes by one converged step, after its account: arguments as in `account_step`.
@@ -61,9 +70,11 @@ def note_stress(model, audit, s, scratch):
     f1, f2, f3 = to_brush(model, solved, f1, f2, f3)
     m1, m2, m3 = to_brush(model, solved, m1, m2, m3)
     g1, g2, g3 = frame_force(end, model.clamp[0], model.clamp[1], model.clamp[2])
-    f1 += model.clamp_mass * g1
-    f2 += model.clamp_mass * g2
-    f3 += model.clamp_mass * g3
+    a1, a2, a3 = air_on_clamp(model, model.air, solved)
+    a1, a2, a3 = to_brush(model, solved, a1, a2, a3)
+    f1 += model.clamp_mass * g1 + a1
+    f2 += model.clamp_mass * g2 + a2
+    f3 += model.clamp_mass * g3 + a3
     for i in range(4):
         stress = corner_stress(model.corners[i], f1, f2, f3, m1, m2, m3)
         audit[STRESS_MIN + i] = min(audit[STRESS_MIN + i], stress)

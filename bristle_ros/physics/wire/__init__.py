@@ -1,5 +1,6 @@
 """One wire: where its numbers lie, its strains and forces, and the matrix of its chain."""
 # flake8: noqa: F401  what other rooms may use
+from .air import add_air, Air, clamp_air, node_air
 from .beam import clamp_reaction, internal_forces, Section, stiffness
 from .chain import chain_work, CORNER, eliminate, factorise, INVERSE, MIDS, OK, RECORD, substitute
 from .coefficients import pseudo_step, StepCoefficients
