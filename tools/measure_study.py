@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """
-Measures what a study costs beside its runs: tools/measure_study.py overhead | memory [--rows N].
+Measures what a study costs beside its runs: measure_study.py speed | rows | compile [--rows N].
 
-overhead: rows of about 0.1 s by bare simulate calls in a loop, in one process and in two, and by
+speed: rows of about 0.1 s by bare simulate calls in a loop, in one process and in two, and by
 study with 1 and 2 workers; are the rows the same?
-memory: a study of N cheap rows (one turn of four elements, 600 steps of 1 ms); resident memory of
+rows: a study of N cheap rows (one turn of four elements, 600 steps of 1 ms); resident memory of
 client and workers, and rows a second, over time. CSV and a figure beside the study.
+compile: workers that begin together on an empty cache of kernels; how many of them compile?
 """
 import argparse
 import csv
@@ -100,6 +101,34 @@ def overhead(rows):
     print('rows of 1 and 2 workers:', 'equal' if tables[0] == tables[1] else 'DIFFERENT')
 
 
+def kernels():
+    """Return how many kernels this process compiled, and how many it took from the cache."""
+    import gc
+
+    from numba.core.dispatcher import Dispatcher
+    found = [each.stats for each in gc.get_objects() if isinstance(each, Dispatcher)]
+    return (sum(sum(each.cache_misses.values()) for each in found),
+            sum(sum(each.cache_hits.values()) for each in found))
+
+
+def compiling(workers):
+    """Print what each of many workers does that all begin on an empty cache."""
+    os.environ['XDG_CACHE_HOME'] = tempfile.mkdtemp(prefix='measure-cache-')
+    from bristle_ros.study.batch import seconds_of
+    from bristle_ros.study.cluster import open_cluster
+    from bristle_ros.study.study_file import read_study
+    study = read_study(write(LONG, workers))
+    with open_cluster(None, workers) as client:
+        began = time.perf_counter()
+        client.run(seconds_of, study, [0])
+        took = time.perf_counter() - began
+        found = list(client.run(kernels).values())
+    made, taken = (sum(one[i] > 0 for one in found) for i in (0, 1))
+    print(f'{workers} workers on an empty cache, {took:.0f} s: {made} compiled, '
+          f'{sum(one[0] == 0 and one[1] > 0 for one in found)} took all from the cache '
+          f'({taken} took some); (compiled, taken) of each: {sorted(found)}')
+
+
 def memory(rows):
     """Print and draw the memory of a study's processes over time."""
     import psutil
@@ -154,8 +183,10 @@ def draw(log, place):
 if __name__ == '__main__':
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('what', choices=('overhead', 'memory'))
-    parser.add_argument('--rows', type=int, help='a power of 2; default 128, memory: 131072')
+    parser.add_argument('what', choices=('speed', 'rows', 'compile'))
+    parser.add_argument('--rows', type=int, help='a power of 2; default 128, rows: 131072; '
+                        'compile: workers, default 8')
     options = parser.parse_args()
-    {'overhead': overhead, 'memory': memory}[options.what](
-        options.rows or {'overhead': 128, 'memory': 131072}[options.what])
+    measured, usual = {'speed': (overhead, 128), 'rows': (memory, 131072),
+                       'compile': (compiling, 8)}[options.what]
+    measured(options.rows or usual)

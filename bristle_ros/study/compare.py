@@ -5,6 +5,7 @@ from bristle_ros.scene import SceneError
 import numpy as np
 
 from .comparing import compare
+from .figures import page_of
 from .table_file import read_table
 
 QUANTITIES = {'normal_force': 'N', 'torque': 'N m'}
@@ -61,16 +62,17 @@ def _told(name, one):
 
 
 def _page(found):
-    from plotly.subplots import make_subplots
-    figure = make_subplots(2 * len(found), 1, subplot_titles=[
-        title for name in found
-        for title in (f'{name} [{QUANTITIES[name]}]', 'error by octave')])
-    for i, (name, one) in enumerate(found.items()):
+    from plotly import graph_objects as go
+    figures = []
+    for name, one in found.items():
+        series = go.Figure(layout={'title': f'{name} [{QUANTITIES[name]}]',
+                                   'xaxis': {'title': 't [s]'}})
         for values, label in ((one.measured, 'measured'), (one.simulated, 'simulated, scaled')):
-            figure.add_scatter(x=one.t, y=values, name=f'{name}, {label}', row=2 * i + 1, col=1)
-        figure.add_bar(x=[f'{low:.3g} to {high:.3g} Hz' for low, high, _, _ in one.bands],
-                       y=[error for *_, error in one.bands], name=f'{name}: error / measured',
-                       row=2 * i + 2, col=1)
-    figure.update_layout(height=620 * len(found), legend={'orientation': 'h'}, title='<br>'.join(
-        _told(name, one).partition('\n')[0] for name, one in found.items()))
-    return figure.to_html(include_plotlyjs=True)
+            series.add_scatter(x=one.t, y=values, name=label)
+        figures += [series, go.Figure(
+            go.Bar(x=[f'{low:.3g} to {high:.3g}' for low, high, _, _ in one.bands],
+                   y=[error for *_, error in one.bands]),
+            {'title': f'{name}: error over measured, by octave',
+             'xaxis': {'title': 'frequency [Hz]', 'type': 'category'}})]
+    lines = [line for name, one in found.items() for line in _told(name, one).split('\n')]
+    return page_of('compare', lines, figures)

@@ -8,6 +8,7 @@ from bristle_ros.scene import keys, load, read_scalar, SceneError
 import numpy as np
 
 from .factor import Factor, read_factor
+from .figures import page_of
 from .measure import MEASURES
 from .study_file import MOST_TURNS, Study
 from .table_file import read_table
@@ -193,17 +194,20 @@ def _tell(found, factors, measures, given, folder):
 
 def _page(found, factors, measures, given, lines):
     from plotly import graph_objects as go
-    from plotly.subplots import make_subplots
-    figure = make_subplots(1, 2, subplot_titles=('residuals, in deviations', 'correlation'))
-    spread = found.residuals.reshape(-1, len(measures))
-    for i, name in enumerate(measures):
-        figure.add_scatter(x=given['values'][i], y=spread[:, i], mode='markers', name=name,
-                           row=1, col=1)
+    residuals = go.Figure(layout={
+        'title': 'residuals, in deviations; bars: error of the emulator',
+        'xaxis': {'title': 'measured, of the largest'}})
+    for name, values, one, error in zip(measures, given['values'],
+                                        found.residuals.reshape(-1, len(measures)).T,
+                                        found.error.reshape(-1, len(measures)).T):
+        residuals.add_scatter(x=values / np.abs(values).max(), y=one, mode='markers', name=name,
+                              error_y={'array': error}, showlegend=True)
     names = [factor.key for factor in factors]
-    figure.add_trace(go.Heatmap(z=found.correlation, x=names, y=names, zmin=-1, zmax=1,
-                                colorscale='RdBu', texttemplate='%{z:.2f}'), row=1, col=2)
-    figure.update_layout(title='<br>'.join(lines), margin_t=60 + 22 * len(lines), height=560)
-    return figure.to_html(include_plotlyjs=True)
+    correlation = go.Figure(go.Heatmap(
+        z=found.correlation, x=names, y=names, zmin=-1, zmax=1, colorscale='RdBu',
+        texttemplate='%{z:.2f}'), {'title': 'correlation', 'yaxis': {'autorange': 'reversed',
+                                                                     'automargin': True}})
+    return page_of('fit', lines, [residuals, correlation])
 
 
 __all__ = ['main', 'residuals', 'simulated', 'study_of']

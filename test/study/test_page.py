@@ -50,3 +50,14 @@ if BROWSER:
             assert re.search(rf'id="{plot}" class="js-plotly-plot"', body), plot
         assert body.count('<tr') == 1 + 9
         assert '9 of 9 rows' in body
+
+
+def test_a_page_of_plots_says_the_words_first_and_needs_no_network():
+    from bristle_ros.study.figures import page_of
+    from plotly.graph_objects import Bar, Figure
+    text = page_of('two', ['a < b'], [Figure(Bar(y=[1.0]), {'title': name})
+                                      for name in ('first', 'second')])
+    body = text[text.index('<h1>'):]
+    assert body.index('a &lt; b') < body.index('<h2>first</h2>') < body.index('<h2>second</h2>')
+    assert body.count('Plotly.newPlot(') == 2
+    assert not re.search(r'(src|href)="(https?:)?//', body)
