@@ -14,7 +14,7 @@ class Part(NamedTuple):
 
 PARTS = {
     'precision': Part('precision.measure', 'precision.show', 25, 120),
-    'road': Part('road.measure', 'road.show', 40, 400),
+    'road': Part('road.measure', 'road.show', 25, 400),
     'estimate': Part('precision.estimate', 'precision.estimate', 6, 40),
     'peers': Part('peers.comparison', 'peers.show', 1, 900),
     'stability': Part('stability.campaign', 'stability.show', 25, 500),

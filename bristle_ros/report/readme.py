@@ -3,6 +3,7 @@ from .lean import show as lean
 from .paper import claims
 from .peers import show as peers
 from .precision import show as precision
+from .road import show as road
 from .stability import show as stability
 from .timing import quartiles
 
@@ -29,6 +30,15 @@ def _steps(data):
             errors.append(f'5 ms impulse {_error(row["impulse"], entry["own"].get("impulse"))}')
         yield _row(f'{entry["what"]} (`{name}`), steps of {label}',
                    f'{", ".join(errors)}; {1.0 / wall.value:.0f} times real time')
+
+
+def _road(data):
+    """Return rows of what the limits of the road's scenes cost."""
+    for row in road.cost_rows(data):
+        value = (f'{row["setting"]}: tip {row["tip"]:.2g} %, 5 ms impulse {row["impulse"]:.2g} %; '
+                 f'{row["times"]} times real time' if row.get('times') else row['setting'])
+        yield _row(f'{row["what"]} (`{row["scene"]}`), path within {row["limit_tip"]:g} %, '
+                   f'impulse within {row["limit_impulse"]:g} %', value)
 
 
 def _error(value, own):
@@ -78,7 +88,7 @@ def figures(results):
                 more = 'at least ' if precision.coarsest(entry) < 1.0 else ''
                 lines.append(_row(f'`{entry["name"]}`, cheapest setting at 1 % error of the path',
                                   f'{more}{1.0 / cost.value:.0f} times real time'))
-    for name, make in (('peers', _peers), ('cost', _cost), ('paper', _paper)):
+    for name, make in (('road', _road), ('peers', _peers), ('cost', _cost), ('paper', _paper)):
         if name in parts:
             lines += make(parts[name])
     if 'stability' in parts:

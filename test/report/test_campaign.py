@@ -137,6 +137,7 @@ def test_draws_have_commands_resets_polygons_and_every_scheme():
     assert len(polygons) > 30
     assert sum('brush.row_counts' in case.parameters for case in cases) > 15
     assert sum('drive.file' in case.parameters for case in cases) > 15
+    assert sum('air.density' in case.parameters for case in cases) > 8
     # no more than what the limit lets any machine do
     for case in cases:
         steps = case.duration / case.parameters['solver.integration_time_step']

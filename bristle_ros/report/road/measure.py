@@ -16,6 +16,7 @@ from .subjects import (CONVERGED, FINE_MESH, FINE_STEP, MESHES, road_scene, SECO
                        SUBJECTS, TOLERANCES, USUAL)
 
 QUICK_PACE = 5.0        # times longer steps of converged runs in the quick form
+IN_QUICK = ('lying', 'kerb', 'rough')
 BESIDE_PEERS = ('lying', 'kerb', 'edge')
 
 
@@ -53,12 +54,14 @@ def _runs(quick):
         'converged': (pace * CONVERGED[1], {'elements': CONVERGED[0]}),
         'second': (pace * SECOND[1], {'elements': SECOND[0], **OTHER}),
         'fine step': (pace * CONVERGED[1], {'elements': USUAL[0]}),
-        **{elements: (FINE_STEP, {'elements': elements})
+        **{elements: (2.5 * FINE_STEP if quick else FINE_STEP, {'elements': elements})
            for elements in (*MESHES, CONVERGED[0], FINE_MESH)}}
 
 
-def measure(context, subjects=SUBJECTS):
+def measure(context, subjects=None):
     """Return the part's data: its scenes, what the assumption costs, and other programs."""
+    subjects = subjects or [subject for subject in SUBJECTS
+                            if not context.quick or subject.name in IN_QUICK]
     found = [_subject(context, number, subject, len(subjects))
              for number, subject in enumerate(subjects)]
     peers = None if context.quick else comparison.measure(context, BESIDE_PEERS)
@@ -76,7 +79,7 @@ def _subject(context, number, subject, count):
     of = dict(zip(others, paths))
     entry = {'name': subject.name, 'what': subject.what, 'duration': subject.duration,
              'limits': {'tip': subject.tip, 'impulse': subject.impulse}, 'rows': [], 'own': {},
-             'steps': [], 'meshes': [], 'failed': ''}
+             'steps': [], 'meshes': [], 'failed': '', 'fine_step': others[FINE_MESH][0]}
     if isinstance(of['converged'], Failed):
         return {**entry, 'failed': of['converged'].reason}
     if not isinstance(of['second'], Failed):

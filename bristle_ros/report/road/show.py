@@ -5,7 +5,7 @@ from bristle_ros.report.timing import quartiles, slowness
 from bristle_ros.report.verdict import Measured, widen
 
 from . import assumption
-from .subjects import CONVERGED, FINE_MESH, FINE_STEP, MESHES, NAMES, USUAL
+from .subjects import CONVERGED, FINE_MESH, MESHES, NAMES, USUAL
 
 TITLES = {'tip': 'error of the tip path [%]', 'impulse': 'error of the impulse per 5 ms [%]'}
 USUAL_FAMILY = f'{USUAL[0]} elements'
@@ -79,7 +79,7 @@ def _refined(data, which, key, x):
 def _refinement_rows(data):
     for entry in data['subjects']:
         for which, what in (('steps', f'step [us], {USUAL[0]} elements'),
-                            ('meshes', f'elements, steps of {1e6 * FINE_STEP:g} us')):
+                            ('meshes', f'elements, steps of {1e6 * entry["fine_step"]:g} us')):
             for row in entry[which]:
                 yield {'scene': entry['name'], 'what': what, **row}
 
@@ -121,8 +121,8 @@ def show(page, data, results):
                             for row in _timed(entry))]))
     page.heading('Each refinement alone', 3)
     page.explain(f'Left and right tell apart what the last figures mix: steps with {USUAL[0]} '
-                 'elements against the finest of them, and meshes with steps of '
-                 f'{1e6 * FINE_STEP:g} us against one of {FINE_MESH} elements.')
+                 'elements against the finest of them, and meshes with one fine step against one '
+                 f'of {FINE_MESH} elements.')
     for key, title in TITLES.items():
         page.figure([_refined(data, which, key, x) for which, x in (
             ('steps', 'integration step [us]'), ('meshes', 'elements along the wire'))],

@@ -1,4 +1,4 @@
-"""Cases drawn at random: commands, resets, every scheme, surfaces, tables, rows."""
+"""Cases drawn at random: commands, resets, every scheme, surfaces, tables, rows, air."""
 import math
 import random
 
@@ -11,15 +11,16 @@ PACE = 1.5e5    # steps of an element per second that any machine does, on a sur
 FREE = 0.2      # of the cases have no road
 TABLE = 0.15    # of the cases have a table of speeds
 ROWS = 0.15     # of the cases have rows of bristles
+AIR = 0.1       # of the cases turn in air, or in what is denser
 
 
 def drawn(seed, count, duration=0.5, limit=20.0):
     """
     Return `count` cases drawn at random: each changes two to six things of a base.
 
-    On top of that, and each by itself: a surface, a table of speeds, rows of bristles, load case,
-    integrator, load steps longer than ITS, commands within their limits, and a reset. What would
-    last longer than its limit [s] is shorter: on most machines no case is cut off.
+    On top of that, and each by itself: a surface, a table of speeds, rows of bristles, air, load
+    case, integrator, load steps longer than ITS, commands within their limits, and a reset. What
+    would last longer than its limit [s] is shorter: on most machines no case is cut off.
     """
     draw = random.Random(seed)
     known = {key.name for key in scene_keys()}
@@ -49,6 +50,8 @@ def _draw_changes(draw, base, known):
     changes.update(_draw_scheme(draw))
     if draw.random() < ROWS:
         changes.update(_draw_rows(draw, changes.get('bristle.length', 0.24)))
+    if draw.random() < AIR:
+        changes['air.density'] = draw.choice((1.2, 10.0, 100.0))
     if base != 'free':
         if 'brush.row_counts' in changes:   # one row or the other starts inside the road
             changes['road.approach_time'] = 0.05
