@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draw docs/gutter.png and docs/rough_road.png from runs of these scenes in config/."""
+"""Draw docs/lying.png, gutter.png and rough_road.png from runs of these scenes in config/."""
 from pathlib import Path
 import sys
 
@@ -10,7 +10,7 @@ from matplotlib import pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 from bristle_ros.physics.contact.surface import gap_at, profile_height  # noqa: E402
-from bristle_ros.scene.rows import brush_rows  # noqa: E402
+from bristle_ros.scene.rows import brush_rows, tip_depth  # noqa: E402
 from bristle_ros.scene.scene import load  # noqa: E402
 from bristle_ros.simulation.mount_path import MountPath  # noqa: E402
 from bristle_ros.simulation.simulation import Simulation  # noqa: E402
@@ -71,6 +71,36 @@ def draw_rough_road(path):
     figure.savefig(path, dpi=110)
 
 
+def draw_lying(path):
+    """Show a wire that is pressed down, and the force on it beside that of its tip alone."""
+    scene = load(ROOT / 'config/lying.yaml')
+    every, samples = round(0.005 / scene.solver.integration_time_step), 100
+    shown = {16: 'tab:blue', 22: 'tab:green', 28: 'tab:orange', 40: 'tab:red'}
+    figure, (side, forces) = plt.subplots(1, 2, figsize=(9.0, 3.6), layout='constrained')
+    for points, style in (('wire', '-'), ('tip', '--')):
+        simulation = Simulation(load(ROOT / 'config/lying.yaml', {'contact.points': points}))
+        impulse = [0.0]
+        for sample in range(1, samples + 1):
+            simulation.advance(every)
+            impulse.append(float(simulation.snapshot().contact_impulse[0, 2]))
+            height = simulation.sweeper_motion()[0]
+            if sample in shown and points == 'wire':
+                x, _, z = (1e3 * simulation.centreline_own()[0]).T
+                side.plot(x, z + 1e3 * height, color=shown[sample], marker='.', markersize=3.0,
+                          label=f'{1e3 * (tip_depth(scene) - height):.0f} mm')
+        t = 0.005 * np.arange(1, samples + 1)
+        forces.plot(t, np.diff(impulse) / 0.005, 'k' + style, linewidth=1.0, label=points)
+    side.axhspan(-12.0, 0.0, color='0.8')
+    side.set(xlabel='from the brush axis [mm]', ylabel='height [mm]', aspect='equal',
+             ylim=(-12.0, 165.0), title='lying: the wire at four penetrations')
+    side.legend()
+    forces.set(xlabel='t [s]', ylabel='normal force, means of 5 ms [N]',
+               title='160 mm from 0.2 s on', ylim=(0.0, 0.5))
+    forces.legend(title='contact.points')
+    figure.savefig(path, dpi=110)
+
+
 if __name__ == '__main__':
+    draw_lying(ROOT / 'docs/lying.png')
     draw_gutter(ROOT / 'docs/gutter.png')
     draw_rough_road(ROOT / 'docs/rough_road.png')
