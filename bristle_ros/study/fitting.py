@@ -8,16 +8,19 @@ as wide as its uncertainty, until the place found moves by less than that. With 
 slopes at the place found, e its errors, n residuals and p parameters,
 
     W = diag(1 / (1 + e^2)),  covariance = max(1, s^2) (J^T W J)^-1,  s^2 = r^T W r / (n - p),
-    interval = u +- t(0.975, n - p) sqrt(diag).
+    interval = u +- t sqrt(diag),  t = t(0.975, n - p),
 
-Sources: Seber and Wild, Nonlinear Regression (1989), sec. 2.1.2; Vernon, Goldstein and Bower
-(2010), Bayesian Analysis 5(4), 619-669, for the error of an emulator in a comparison and rounds.
+or as far as r^T W r stays within max(1, s^2) t^2 of its least, whichever is wider: slopes at the
+place found need not be those around it.
+Sources: Seber and Wild, Nonlinear Regression (1989), sec. 2.1.2 and 5.4 (profile likelihood);
+Vernon, Goldstein and Bower (2010), Bayesian Analysis 5(4), 619-669, for the error of an emulator
+in a comparison, and rounds.
 """
 import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, minimize
 from scipy.special import stdtrit
 from scipy.stats import qmc
 
@@ -26,6 +29,7 @@ from .emulator import Emulator, powers
 ROUNDS = 8              # at most
 FIRST, LATER = 4, 2     # sets drawn, for each coefficient of a quadratic polynomial
 REACH = 3.0             # half a box, in deviations of the place found
+ROOM = 1.2              # half a box, of how far likely places lie
 STARTS = 8              # places from which an emulator is searched
 STAYS = 0.5             # of the half width of an interval: a move that is none
 SHRUNK = 0.8            # of the last round's intervals: what is no longer worth a round
@@ -56,15 +60,23 @@ class Place(NamedTuple):
     u: np.ndarray
     size: np.ndarray        # singular values of the weighted slopes, over max(1, scale)
     turned: np.ndarray      # (p, p): the directions that they belong to, a column each
-    width: np.ndarray       # half widths of the 95 % intervals
+    below: np.ndarray       # (p,) from the place to the ends of the 95 % intervals
+    above: np.ndarray
+    along: np.ndarray       # (p,) how far the likely places lie along each of `turned`
     residuals: np.ndarray
     error: np.ndarray
     scale: float
 
     @property
+    def width(self):
+        """Mean half widths of the intervals, (p,)."""
+        return 0.5 * (self.below + self.above)
+
+    @property
     def axes(self):
         """The box to draw from next; the range is known beforehand, so it has an end."""
-        return self.turned * (REACH / np.sqrt(self.size ** 2 + _PRIOR))
+        return self.turned * np.maximum(REACH / np.sqrt(self.size ** 2 + _PRIOR),
+                                        ROOM * self.along)
 
 
 def fit(factors, residuals_of, seed=1, tell=None):
@@ -138,9 +150,31 @@ def search(emulator, starts):
     scale = math.sqrt(np.sum((weight * residuals) ** 2) / (n - p))
     _, size, directions = np.linalg.svd(weight[:, None] * emulator.slopes(u) / max(1.0, scale),
                                         full_matrices=False)
-    width = float(stdtrit(n - p, 0.975)) * np.linalg.norm(
-        directions.T / np.maximum(size, _least(size)), axis=1)
-    return Place(u, size, directions.T, width, residuals, emulator.error, scale)
+    student = float(stdtrit(n - p, 0.975))
+    width = student * np.linalg.norm(directions.T / np.maximum(size, _least(size)), axis=1)
+    limit = np.sum(best.fun ** 2) + (max(1.0, scale) * student) ** 2
+    below, above = (np.maximum(width, [extent(of, slopes, best.x, sign * row, limit)
+                                       for row in emulator.axes]) for sign in (-1.0, 1.0))
+    along = np.array([max(extent(of, slopes, best.x, sign * row, limit) for sign in (-1.0, 1.0))
+                      for row in directions @ emulator.axes])
+    return Place(u, size, directions.T, below, above, along, residuals, emulator.error, scale)
+
+
+def extent(of, slopes, start, direction, limit):
+    """
+    Return how far along a direction the sum of squares stays below a limit, in the box -1 to 1.
+
+    of(s) : residuals (n,);  slopes(s) : (n, p);  start : (p,) where the sum is least
+    """
+    size = float(np.linalg.norm(direction))
+    found = minimize(
+        lambda s: -(direction @ (s - start)) / size, start, jac=lambda s: -direction / size,
+        method='SLSQP', bounds=[(-1.0, 1.0)] * len(start), constraints={
+            'type': 'ineq', 'fun': lambda s: 1.0 - np.sum(of(s) ** 2) / limit,
+            'jac': lambda s: -2.0 * (of(s) @ slopes(s)) / limit},
+        options={'maxiter': 60, 'ftol': 1e-5})
+    within = np.sum(of(found.x) ** 2) <= 1.01 * limit
+    return max(-size * float(found.fun), 0.0) if within else 0.0
 
 
 def _least(size):
@@ -161,8 +195,8 @@ def _judged(factors, place, sets, failed, moved):
     half = place.turned / np.maximum(place.size, _least(place.size))
     covariance = half @ half.T
     spread = np.sqrt(np.diag(covariance))
-    low, value, high = (np.array(_values(factors, place.u + sign * place.width))
-                        for sign in (-1.0, 0.0, 1.0))
+    low, value, high = (np.array(_values(factors, u)) for u in (
+        place.u - place.below, place.u, place.u + place.above))
     return Fit(value, low, high, covariance / np.outer(spread, spread), place.residuals,
                place.error, place.scale, _doubts(factors, place, sets, failed, moved), sets)
 
