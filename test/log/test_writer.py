@@ -84,7 +84,8 @@ def read_with_rosbags(path):
             message = reader.deserialize(raw, connection.msgtype)
             if connection.topic == '/tip_pose':
                 assert message.pose.position.z == SNAPSHOT.tip_position_mount[0, 2]
-        assert {one.topic: one.msgcount for one in reader.connections} == counts
+        # where the disk filled up behind a channel's record, it has no message
+        assert Counter({one.topic: one.msgcount for one in reader.connections}) == counts
     return counts
 
 
