@@ -104,11 +104,11 @@ def show(page, data, results):
                  'that the first table tells the cost at. Impulses are those of the road on the '
                  'whole wire, three components, in windows of 5 ms.')
     page.table('road_cost', cost_rows(data), {
-        'scene': 'scene', 'what': 'what it is', 'limit_tip': 'tip path to within [%]',
+        'scene': 'scene', 'times': 'times real time', 'limit_tip': 'tip path to within [%]',
         'limit_impulse': 'impulse to within [%]', 'setting': 'cheapest setting that does it',
         'tip': 'its error of the tip path [%]', 'impulse': 'its error of the impulse [%]',
-        'times': 'times real time', 'own_tip': 'own error of the converged path [%]',
-        'own_impulse': 'own error of its impulse [%]', 'remark': 'remark'},
+        'own_tip': 'own error of the converged path [%]',
+        'own_impulse': 'own error of its impulse [%]', 'what': 'what it is', 'remark': 'remark'},
         'What both errors cost: times real time of one wire on one core.')
     entries = [entry for entry in data['subjects'] if _timed(entry)]
     for key in TITLES:

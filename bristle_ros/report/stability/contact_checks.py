@@ -78,9 +78,10 @@ class ContactWatch:
         if self.ground.uneven or self._along:
             self._outside(snapshot, self._line(snapshot, place), before)
         forces = getattr(snapshot, 'tip_force', snapshot.contact_force)
-        if not self.ground.uneven:
-            self._friction(snapshot, forces, np.broadcast_to((0.0, 0.0, 1.0), forces.shape),
-                           np.zeros(len(forces)), tips)
+        if not self.ground.uneven:      # there all points of a wire share one cone
+            for part in (forces, snapshot.contact_force)[:1 + self._along]:
+                self._friction(snapshot, part, np.broadcast_to((0.0, 0.0, 1.0), part.shape),
+                               np.zeros(len(part)), tips)
         if alone and self._exact:
             self._step(snapshot, forces, tips, gaps, normals, before)
 
