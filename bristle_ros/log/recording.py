@@ -13,6 +13,8 @@ from .writer import CONTRACT_NAME
 
 _OUTPUTS = {topic.name for topic in messages.TOPICS}
 _STAMPED = {topic.type for topic in messages.TOPICS}
+# what was done before a key was there
+OLDER = {'contact.points': 'tip'}
 
 
 class Entry(NamedTuple):
@@ -191,9 +193,13 @@ def _header_stamp(message, default):
 
 
 def scene_of(yaml, source):
-    """Return the Scene of a log; raise SceneError, naming `source`."""
-    return from_parameters(
-        {entry.key: entry.value for entry in read_file(yaml.encode(), source)}, source)
+    """
+    Return the Scene of a log; raise SceneError, naming `source`.
+
+    A key that was not there when the log was written stands for what was done then.
+    """
+    given = {entry.key: entry.value for entry in read_file(yaml.encode(), source)}
+    return from_parameters({**OLDER, **given}, source)
 
 
 def logged_commands(path):

@@ -170,7 +170,7 @@ def topics(prefix: str = '') -> tuple[Topic, ...]:
     return (
         wrench('contact_wrench', mount, lambda snapshot: snapshot.contact_force_mount,
                lambda snapshot: snapshot.contact_torque_mount),
-        wrench('tip_wrench', road, lambda snapshot: snapshot.contact_force[0],
+        wrench('tip_wrench', road, lambda snapshot: snapshot.tip_force[0],
                lambda snapshot: _NO_TORQUE),
         wrench('mount_wrench', mount, lambda snapshot: snapshot.brush_force,
                lambda snapshot: snapshot.brush_torque),

@@ -100,13 +100,15 @@ class Road(SceneSection):
 
 @dataclass(frozen=True, kw_only=True)
 class Contact(SceneSection):
-    """Normal contact between tip and road."""
+    """Normal contact between wire and road."""
 
     enabled: bool = switch(True, 'whether there is a road at all')
     normal_stiffness: float = number(
         1e5, 'N/m', 1.0, INF, 'Kn: contact stiffness; .inf: rigid road')
     damping: float = number(
         0.0, 's/m', 0.0, 1e6, 'Hunt-Crossley: force times (1 + damping * penetration rate)')
+    points: Literal['wire', 'tip'] = choice(
+        'wire', 'what of a wire the road touches: any place along it, or its tip')
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,14 +3,18 @@ from typing import NamedTuple
 
 from bristle_ros.physics.contact import ContactLaw, FORCE, SLIP, STATE
 from bristle_ros.physics.motion import APPROACHING, PENETRATION, SPIN_RATE
-from bristle_ros.physics.step import Model, output, own_frame, Scratch, settle, State
+from bristle_ros.physics.step import (lowest_node, Model, output, own_frame, Scratch, settle,
+                                      State)
 from bristle_ros.physics.wire import LANES, OK, ROWS, X, X0
 from bristle_ros.scene import Scene, SceneError
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import build_models, build_state, contact_law, new_scratch, rows_of, states_of
+from .model import (build_models, build_state, contact_law, new_scratch, rows_of, states_of,
+                    touches_anywhere)
 from .observe import observe_rows
+
+BESIDE = 1e-6       # [m] that a wire may be below the road beside its tip
 
 
 class Equilibrium(NamedTuple):
@@ -35,7 +39,7 @@ def settle_state(scene: Scene, models: tuple[Model, ...], state: State, scratch:
             'gutter and profile out of what is to be static', key='solver.start',
             value=scene.solver.start)
     for row, model, part in zip(rows_of(models), models, states_of(state, models)):
-        failed = _settle_row(model._replace(displacement=False), law, part, scratch)
+        failed = _settle_row(scene, model._replace(displacement=False), law, part, scratch)
         if failed is not None:
             raise SceneError(
                 f'bristle {row.start + failed} has no static equilibrium that could be found: try '
@@ -45,8 +49,8 @@ def settle_state(scene: Scene, models: tuple[Model, ...], state: State, scratch:
     nodes[:, :, X0:X0 + 7] = nodes[:, :, X:X + 7]
 
 
-def _settle_row(model: Model, law: ContactLaw | None, state: State, scratch: Scratch
-                ) -> int | None:
+def _settle_row(scene: Scene, model: Model, law: ContactLaw | None, state: State,
+                scratch: Scratch) -> int | None:
     """Settle the bristles of a row; return the number of one that has no equilibrium, or None."""
     frame = scratch.frames[0]
     for bristle, azimuth in enumerate(model.azimuth):
@@ -54,9 +58,25 @@ def _settle_row(model: Model, law: ContactLaw | None, state: State, scratch: Scr
         frame[SPIN_RATE:SPIN_RATE + 3] = 0.0
         if settle(model, law, state, bristle, frame, np.zeros(6), scratch) != OK:
             return bristle
+        _check_wire(scene, law, state, bristle, frame, scratch)
         if state.tip[bristle, FORCE + 2] > 0.0:
             state.tip[bristle, STATE] = SLIP
     return None
+
+
+def _check_wire(scene: Scene, law: ContactLaw | None, state: State, bristle: int,
+                frame: NDArray[np.float64], scratch: Scratch) -> None:
+    """Raise SceneError where the road would hold more of the wire than its tip, and may."""
+    if law is None or law.wire is None:
+        return
+    depth = -lowest_node(state.nodes[bristle], scene.solver.elements, None, frame,
+                         scratch.contact[8])
+    if depth > BESIDE:
+        raise SceneError(
+            f'bristle {bristle} would be {depth * 1e3:.3g} mm below the road beside its tip, and '
+            'the static equilibrium holds the tip alone: take a smaller penetration, a run from '
+            'straight, or contact.points: tip', key='road.penetration',
+            value=scene.road.penetration)
 
 
 def static_equilibrium(scene: Scene) -> Equilibrium:
@@ -67,7 +87,7 @@ def static_equilibrium(scene: Scene) -> Equilibrium:
     """
     models = tuple(model._replace(displacement=False) for model in build_models(scene))
     state = build_state(scene, *models)
-    scratch = new_scratch(models[0])
+    scratch = new_scratch(models[0], touches_anywhere(scene))
     state.motion[APPROACHING] = 0.0
     state.motion[PENETRATION + 1:PENETRATION + 3] = scene.road.penetration
     settle_state(scene, models, state, scratch)

@@ -7,11 +7,11 @@ the State; a brush of one row costs what it would without rows.
 from itertools import accumulate, pairwise
 import math
 
-from bristle_ros.physics.contact import ContactLaw, TIP
+from bristle_ros.physics.contact import COLUMN, CONTACT, ContactLaw, MOST, POINT, TIP, Wire
 from bristle_ros.physics.motion import (APPROACHING, BASICS, CONSTANT, Drive, FORWARD, FRAME, LEFT,
                                         MOVED, new_motion, SINE, SPEED, VAP)
 from bristle_ros.physics.step import (AUDIT, BATCH, corner_factors, COUNTS, generalized_alpha, hht,
-                                      Model, newmark, PARTS, Scheme, Scratch, State)
+                                      Model, newmark, PARTS, Room, Scheme, Scratch, State)
 from bristle_ros.physics.wire import (Air, BLOCK, block_count, chain_work, ELEMENTS, INERTIA,
                                       LANES, MASS, MIDS, Q, Q0, RECORD, ROWS, Section, WEIGHT, X,
                                       X0)
@@ -27,6 +27,8 @@ FILLER = 1e-30      # mass [kg] and inertia [kg m^2] of nodes that only fill the
 # local error [bristle lengths] that no step may have, of fixed length or not: a motion that
 # would be resolved worse can gain energy from nowhere (report's campaign: from 1e-3 on)
 WORST_ERROR = 2e-4
+SAMPLES = 4             # parts of an element in which the nearest place to the road is looked for
+MOST_SAMPLES = 32
 PROFILES = {'constant': CONSTANT, 'sine': SINE, 'vap': VAP}
 
 
@@ -82,7 +84,24 @@ def contact_law(scene: Scene) -> ContactLaw | None:
     stiffness = scene.contact.normal_stiffness
     return ContactLaw(0.0 if math.isinf(stiffness) else stiffness, scene.contact.damping,
                       scene.friction.static, scene.friction.kinetic, scene.friction.decay,
-                      surface_of(scene))
+                      surface_of(scene), wire_of(scene))
+
+
+def wire_of(scene: Scene) -> Wire | None:
+    """Return how contact is looked for along the wire, or None where the tip alone touches."""
+    if not touches_anywhere(scene):
+        return None
+    profile, parts = scene.profile, SAMPLES
+    waves = {'sine': profile.wavelength, 'iso8608': profile.shortest}
+    if profile.kind in waves:   # a minimum between two places that are looked at is not missed
+        element = scene.bristle.length / scene.solver.elements
+        parts = max(parts, min(math.ceil(SAMPLES * element / waves[profile.kind]), MOST_SAMPLES))
+    return Wire(parts)
+
+
+def touches_anywhere(scene: Scene) -> bool:
+    """Return whether the road may touch the wire anywhere, not the tip alone."""
+    return scene.contact.enabled and scene.contact.points == 'wire'
 
 
 def air_of(scene: Scene) -> Air | None:
@@ -179,14 +198,31 @@ def _aligned(*shape: int) -> NDArray[np.float64]:
     return room[first:first + size].reshape(shape)
 
 
-def new_scratch(model: Model) -> Scratch:
-    """Return the room that kernels work in; threads that share a queue share one's table."""
+def new_room(model: Model) -> Room:
+    """Return the room in which the contact of several points is worked out."""
+    most, elements = min(model.elements + 1, MOST), model.elements
+    return Room(
+        np.zeros(most, np.int64), np.zeros(1, np.int64), np.zeros(most, np.int64),
+        np.zeros((most, 3)), np.zeros((most, 3)), np.zeros((most, most, 9)),
+        _aligned(most, 3, model.blocks, COLUMN), _aligned(model.blocks, BLOCK),
+        np.zeros((most, CONTACT)), np.zeros((2 * elements + 1, 3)),
+        np.zeros((2 * elements + 1, 3)), np.zeros(elements, np.int64),
+        np.zeros(model.blocks * LANES), np.zeros((elements, POINT)))
+
+
+def new_scratch(model: Model, wire: bool = False) -> Scratch:
+    """
+    Return the room that kernels work in; threads that share a queue share one's table.
+
+    wire : bool     the road may touch the wire anywhere
+    """
     return Scratch(_aligned(chain_work().size), np.zeros((9, 16)), np.zeros((3, FRAME)),
                    np.zeros(FRAME), np.zeros((2, FRAME)), np.zeros((2, BASICS)),
                    np.zeros((BATCH * PARTS + 1, FRAME)), np.zeros(BATCH * PARTS + 1, np.int64),
                    _aligned(model.blocks, BLOCK),
-                   np.zeros(TIP), np.zeros(AUDIT), np.zeros((2 * BATCH + 1, FRAME)),
-                   np.zeros(3, np.int64))
+                   np.zeros(TIP), np.zeros((model.elements if wire else 0, POINT)),
+                   np.zeros(AUDIT), np.zeros((2 * BATCH + 1, FRAME)), np.zeros(3, np.int64),
+                   new_room(model) if wire else None)
 
 
 def straight_nodes(scene: Scene, row: Row, model: Model) -> NDArray[np.float64]:
@@ -255,7 +291,9 @@ def build_state(scene: Scene, *models: Model) -> State:
     state = State(
         _aligned(bristles, blocks, BLOCK), _aligned(bristles, blocks, MIDS),
         _aligned(bristles, models[0].elements, RECORD),
-        np.zeros((bristles, TIP)), np.zeros((bristles, COUNTS), np.int64),
+        np.zeros((bristles, TIP)),
+        np.zeros((bristles, models[0].elements if touches_anywhere(scene) else 0, POINT)),
+        np.zeros((bristles, COUNTS), np.int64),
         start_motion(scene), np.zeros(1, np.int64), np.zeros((bristles, AUDIT)))
     for row, model, part in zip(brush_rows(scene), models, states_of(state, models)):
         part.nodes[...] = straight_nodes(scene, row, model)
@@ -272,7 +310,7 @@ def states_of(state: State, models: tuple[Model, ...]) -> tuple[State, ...]:
     """Return each model's part of a State: the same memory; motion and step are common."""
     return tuple(state._replace(
         **{name: getattr(state, name)[part]
-           for name in ('nodes', 'mids', 'chain', 'tip', 'counts', 'audit')})
+           for name in ('nodes', 'mids', 'chain', 'tip', 'points', 'counts', 'audit')})
         for part in rows_of(models))
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .simulation import Simulation
 
 DEEP = 1e-3             # [m] in the road: a tip that is deeper meets no road any more
-BESIDE = 1e-6           # [m] that a wire may be below road and tip
+BESIDE = 1e-6           # [m] that a wire may be below road and tip where that alone touches
 FEW_ELEMENTS = 6
 SPLIT_SHARE = 0.05      # of fixed steps, in sub-steps
 FINEST_SHARE = 0.01     # of all steps, down to the finest sub-steps
@@ -108,14 +108,16 @@ class RunWatch:
         return [warning for warning in found if warning is not None]
 
     def _wire_in_road(self) -> RunWarning | None:
-        worst = self._worst[1]
-        if not self._touches or worst.value <= BESIDE:
+        worst, contact = self._worst[1], self._scene.contact
+        alone = contact.points == 'tip'
+        if not self._touches or worst.value <= (BESIDE if alone else DEEP):
             return None
+        why = ('the road holds the tip alone, so forces are wrong: contact.points: wire would do'
+               if alone else f'above {_mm(DEEP)}: a contact.normal_stiffness above '
+               f'{contact.normal_stiffness:.3g} N/m or more solver.elements would do')
         return RunWarning(
             'wire below the road', f'the wire of bristle {worst.bristle} was {_mm(worst.value)} '
-            f'below the road beside its tip, most at t = {worst.t:.6g} s; the road holds the tip '
-            'alone, so forces are wrong: less road.penetration or a smaller brush.mount_angle '
-            'would do', True)
+            f'below the road beside its tip, most at t = {worst.t:.6g} s; {why}', True)
 
     def _tip_in_road(self) -> RunWarning | None:
         worst = self._worst[2]

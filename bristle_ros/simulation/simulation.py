@@ -4,14 +4,15 @@ from operator import index
 import time
 from typing import Any, SupportsIndex
 
-from bristle_ros.physics.contact import GAP, gap_at, IMPULSE
+from bristle_ros.physics.contact import GAP, gap_at, IMPULSE, MOST
 from bristle_ros.physics.motion import (approach_at as compiled_approach_at, APPROACHING, FORWARD,
                                         HEIGHT, kerb_offset as compiled_kerb_offset, LEFT, MOVED,
                                         PENETRATION, RAMP, ramp_at as compiled_ramp_at,
                                         renew_rates, ROTATION, SPEED, split_load_step, YAW)
 from bristle_ros.physics.step import (AT_FINEST, CLAMP_INSIDE, FAILURES, initialise, Model, NEWTON,
                                       NO_CONVERGENCE, NOT_FINITE, output, own_frame,
-                                      SINGULAR_MATRIX, SPLIT, SUBSTEPS, UNFINISHED)
+                                      SINGULAR_MATRIX, SPLIT, SUBSTEPS, TOO_MANY_POINTS,
+                                      UNFINISHED)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
 from bristle_ros.scene import brush_rows, Scene, spell, to_parameters
 import numpy as np
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from .commands import check_command, Values
 from .equilibrium import settle_state
 from .model import (build_models, build_state, check_start, contact_law, local_error_of,
-                    new_scratch, rows_of, states_of, turn_nodes, viscosity_of)
+                    new_scratch, rows_of, states_of, touches_anywhere, turn_nodes, viscosity_of)
 from .observe import observe_rows
 from .snapshot import ACCOUNTED, Snapshot
 from .stepper import Stepper
@@ -35,6 +36,8 @@ REASONS = {
     NOT_FINITE: 'forces or positions overflowed: look at the sizes of bristle.* and drive.*',
     UNFINISHED: 'the step was not done after as many sub-steps as there may be: a smaller '
                 'solver.integration_time_step may do',
+    TOO_MANY_POINTS: f'more than {MOST - 1} elements of a wire touch the road at one time: fewer '
+                     'solver.elements would do',
     CLAMP_INSIDE: 'a clamp has come to the surface of the road: keep the brush higher, or further '
                   'from the kerb',
 }
@@ -85,7 +88,7 @@ class Simulation:
         models = build_models(scene)
         self._law = contact_law(scene)
         self._viscosity = viscosity_of(scene)
-        self._scratch = new_scratch(models[0])
+        self._scratch = new_scratch(models[0], touches_anywhere(scene))
         self.bristles = sum(model.bristles for model in models)
         self._rows = np.zeros((self.bristles, output.BRISTLE_COLUMNS))
         self._totals = np.zeros(output.TOTALS)

@@ -26,7 +26,8 @@ class Snapshot(NamedTuple):
     tip_position_mount: Floats          # [m] (B, 3), mount axes, from the mount centre
     tip_orientation: Floats             # (B, 4) quaternion x, y, z, w, brush axes
     tip_orientation_mount: Floats       # (B, 4) quaternion x, y, z, w, mount axes
-    contact_force: Floats               # [N] (B, 3) on the tip, road axes, mean over the last step
+    contact_force: Floats               # [N] (B, 3) on the whole wire, road axes, mean over the
+                                        # last step
     contact_impulse: Floats             # [N s] (B, 3) since t = 0, road axes
     mount_force: Floats                 # [N] (B, 3) of the wire on the board, brush axes
     mount_moment: Floats                # [N m] (B, 3) about the wire's clamp, brush axes
@@ -48,6 +49,10 @@ class Snapshot(NamedTuple):
     clamp_stress_max: np.ndarray        # too, and largest; NaN as the energies
     worst: np.ndarray                   # [Pa, m, m] (B, 3) largest of these three; depth of the
                                         # wire below both road and tip; of the tip in the road
+    tip_force: Floats                   # [N] (B, 3) the part of contact_force at the tip
+    wire_gap: Floats                    # [m] (B,) least gap of any contact point; inf: no road
+    contact_length: Floats              # [m] (B,) of wire that touching points stand for; the tip
+                                        # alone: 0
     base_pose: NDArray[np.float64]          # (3,) [m, m, rad] of the sweeper's base on the road
 
 
@@ -56,7 +61,7 @@ NPZ_ARRAYS = (
     'contact_impulse', 'mount_force', 'mount_moment', 'mount_damping_force', 'brush_force',
     'brush_torque', 'energy_kinetic', 'energy_elastic', 'energy_dissipated', 'work_external',
     'newton_iterations', 'substeps', 'base_pose', 'clamp_stress', 'clamp_stress_min',
-    'clamp_stress_max')
+    'clamp_stress_max', 'tip_force', 'wire_gap', 'contact_length')
 # where the scene has air
 AIR_ARRAYS = ('air_force',)
 # what is kept only where the simulation was built with its accounts

@@ -40,7 +40,7 @@ def law_on(law, gutter, piece):
     if piece < gutter.first:
         return law
     return ContactLaw(law.stiffness, law.damping, gutter.static, gutter.kinetic, gutter.decay,
-                      law.surface)
+                      law.surface, law.wire)
 
 
 @jit
@@ -74,7 +74,7 @@ def across(n1, n2, n3):
 
 
 @jit
-def _step_normal(surface, o, d, gap0, gap1, sums):
+def step_normal(surface, o, d, gap0, gap1, sums):
     """Return the discrete gradient of the gap over a step by d from o."""
     _, n1, n2, n3, _ = gap_at(surface, o[0] + 0.5 * d[0], o[1] + 0.5 * d[1], o[2] + 0.5 * d[2],
                               sums)
@@ -91,7 +91,7 @@ def _times(w, row, x, y, z):
 
 
 @jit
-def _solve_in_plane(law, h, tip, scratch, basis, end, d, gaps):
+def solve_in_plane(law, h, tip, scratch, basis, end, d, gaps):
     """
     Solve the contact problem in the axes of the step's plane; fill tip[FORCE:] and its state.
 
@@ -160,9 +160,9 @@ def correct_contact(bristle, law, surface, step, frames, scratch):
         return True
     w = scratch[:3]
     compliance(chain[elements - 1], axes, step.gain, middle, end, w)
-    n1, n2, n3 = _step_normal(surface, o, d, gap0, gap1, sums)
+    n1, n2, n3 = step_normal(surface, o, d, gap0, gap1, sums)
     a1, a2, a3, b1, b2, b3, _ = across(n1, n2, n3)
-    if not _solve_in_plane(law_on(law, surface.gutter, piece), step.h, tip, scratch,
+    if not solve_in_plane(law_on(law, surface.gutter, piece), step.h, tip, scratch,
                            ((a1, a2, a3), (b1, b2, b3), (n1, n2, n3)), (e1, e2, e3), d,
                            (gap0, gap1)):
         return False

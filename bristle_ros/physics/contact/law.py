@@ -1,5 +1,5 @@
 """
-The laws of the tip against the road: unilateral contact and Coulomb friction, over one step.
+The laws of a point of the wire against the road: unilateral contact and Coulomb friction, over one step.
 
 All in road axes (z the road's normal), over one step of length h from gap g0 to gap g1. The force
 is constant over the step, and the laws hold between it and the displacement over the step:
@@ -26,8 +26,14 @@ STICK = 2.0
 UNSOLVED = -1.0     # the compliance is not positive definite: the step is too long for the load
 
 
+class Wire(NamedTuple):
+    """How contact is looked for along the wire."""
+
+    samples: int        # parts of an element in which the lowest minimum of the gap is looked for
+
+
 class ContactLaw(NamedTuple):
-    """Normal and friction law of the tip, and what it touches."""
+    """Normal and friction law of the wire, and what it touches."""
 
     stiffness: float    # Kn [N/m]; 0 stands for rigid
     damping: float      # Hunt-Crossley [s/m]
@@ -35,6 +41,7 @@ class ContactLaw(NamedTuple):
     kinetic: float      # mu_k
     decay: float        # c_v [s/m]
     surface: Surface | None = None      # None: the nominal plane
+    wire: Wire | None = None            # None: the tip alone touches
 
 
 @jit

@@ -7,13 +7,16 @@ from bristle_ros.physics.wire import (CORNER, HA, HV, INVERSE, LANES, MASS, Q, t
 from .bracket import solve_contact
 from .law import OPEN, STICK, UNSOLVED
 
-# tip record
-FORCE = 0           # 3  on the tip, mean over the last step, road axes [N]
+# record of a contact: what the tip's and that of a point along the wire begin with
+FORCE = 0           # 3  on the wire, mean over the last step, road axes [N]
 STATE = FORCE + 3   # 1  OPEN, SLIP or STICK
 GAP = STATE + 1     # 1  at the end of the last step [m]
-IMPULSE = GAP + 1   # 3  since the start [N s]
-SLIP_MOVED = IMPULSE + 3  # 3  over the last step: slip, slip and change of the gap [m]
-STEP = SLIP_MOVED + 3  # 1  length of the last step [s]; 0 before the first
+SLIP_MOVED = GAP + 1  # 3  over the last step: slip, slip and change of the gap [m]
+BEFORE = SLIP_MOVED + 3  # 1  gap at the start of the last step [m]; the tip's on a level plane: not
+CONTACT = BEFORE + 1
+# tip record, after that
+IMPULSE = CONTACT   # 3  of the road on the whole wire, since the start [N s]
+STEP = IMPULSE + 3  # 1  length of the last step [s]; 0 before the first
 MATRIX_STEP = STEP + 1  # 1  length of the step that the factorised matrix is for; 0: none
 CONTRACTION = MATRIX_STEP + 1  # 1  what Newton's second correction is of the first one, last seen
 LEVEL = CONTRACTION + 1  # 1  of subdivision that the next step starts with
@@ -21,8 +24,9 @@ ESTIMATE = LEVEL + 1  # 1  local error estimate of the last step [m]
 TREND = ESTIMATE + 1  # 1  part of its last change that A is expected to change by again
 USUAL = TREND + 1   # 1  iterations of the first step with the present matrix; 0: none yet
 EXTRA = USUAL + 1   # 1  iterations beyond those in the steps since
-BEFORE = EXTRA + 1  # 1  gap at the start of the last step [m], not on a level plane
-TIP = BEFORE + 1
+LIVING = EXTRA + 1  # 1  points along the wire that are in use
+TANK = LIVING + 1   # 1  energy that contact has taken and may give back to points [J]: carry.py
+TIP = TANK + 1
 
 
 @jit

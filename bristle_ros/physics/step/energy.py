@@ -7,8 +7,8 @@ are left out of the work: they are (width / length)^2 of the rest.
 from math import asin, cos, sin
 
 from bristle_ros.physics.compiler import jit
-from bristle_ros.physics.contact import (BEFORE, FORCE, GAP, OPEN, rotate_back, SLIP_MOVED,
-                                         spring_energy, STATE)
+from bristle_ros.physics.contact import (ALIVE, BEFORE, FORCE, GAP, OPEN, position, rotate_back,
+                                         SLIP_MOVED, spring_energy, STATE, XI)
 from bristle_ros.physics.motion import (CLAMP, DRAG_RATE, DRAG_SPIN, GRAVITY, ROTATION, SPIN,
                                         SPIN_RATE, THETA)
 from bristle_ros.physics.wire import (clamp_air, clamp_reaction, HV, INERTIA, LANES, MASS,
@@ -245,5 +245,51 @@ def account_step(model, law, viscosity, audit, bristle, scratch, step):
         dissipated -= relative + stored
         work += on_bristle - relative       # what the road's own motion puts in
         audit[INJECTED] = max(audit[INJECTED], relative + stored)
+    if law is not None:
+        by_points, lost = _account_points(model, law, law.wire, audit, bristle, frames)
+        work += by_points
+        dissipated += lost
     audit[DISSIPATED] += dissipated
     audit[WORK] += work
+
+
+@jit
+def _account_points(model, law, wire, audit, bristle, frames):
+    """Return the work that the road's motion does at the points along the wire, and their loss."""
+    if wire is None:
+        return 0.0, 0.0
+    s, points = bristle.nodes, bristle.points
+    work = 0.0
+    lost = 0.0
+    for e in range(points.shape[0]):
+        point = points[e]
+        if point[ALIVE] == 0.0 or point[STATE] == OPEN:
+            continue
+        stored = (spring_energy(law.stiffness, point[GAP])
+                  - spring_energy(law.stiffness, point[BEFORE]))
+        relative = 0.0
+        for i in range(3):
+            relative += point[FORCE + i] * point[SLIP_MOVED + i]
+        f1, f2, f3 = rotate_back(frames[1], ROTATION, point[FORCE], point[FORCE + 1],
+                                 point[FORCE + 2])
+        f1, f2, f3 = to_brush(model, frames[1], f1, f2, f3)
+        x1, x2, x3 = position(s, X0, e, point[XI], frames[0])
+        y1, y2, y3 = position(s, X, e, point[XI], frames[2])
+        x1, x2, x3 = to_brush(model, frames[0], x1, x2, x3)
+        y1, y2, y3 = to_brush(model, frames[2], y1, y2, y3)
+        lost -= relative + stored
+        work += f1 * (y1 - x1) + f2 * (y2 - x2) + f3 * (y3 - x3) - relative
+        audit[INJECTED] = max(audit[INJECTED], relative + stored)
+    return work, lost
+
+
+@jit
+def spring_energy_of_points(law, wire, points):
+    """Return what the springs of the points along a wire store [J]."""
+    total = 0.0
+    if wire is None:
+        return total
+    for e in range(points.shape[0]):
+        if points[e, ALIVE] > 0.0:
+            total += spring_energy(law.stiffness, points[e, GAP])
+    return total

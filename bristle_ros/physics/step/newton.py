@@ -8,9 +8,10 @@ from math import sqrt
 from typing import NamedTuple
 
 from bristle_ros.physics.compiler import inlined, jit
-from bristle_ros.physics.contact import (begin_contact, CONTRACTION, correct_contact, ESTIMATE,
-                                         EXTRA, finish_on_surface, FORCE, GAP, IMPULSE,
-                                         MATRIX_STEP, rotate_back, STATE, STEP, TREND, USUAL)
+from bristle_ros.physics.contact import (begin_contact, CONTRACTION, ESTIMATE, EXTRA,
+                                         finish_on_surface, FORCE, GAP, IMPULSE, LIVING,
+                                         MATRIX_STEP, NONE_BORN, rotate_back, STATE, STEP,
+                                         TOO_MANY, TREND, USUAL)
 from bristle_ros.physics.motion import CLAMP, ROTATION
 from bristle_ros.physics.wire import (accept_damping, accept_section_forces, accept_step,
                                       add_air, add_excess, begin_section_forces, begin_step,
@@ -21,6 +22,8 @@ from bristle_ros.physics.wire import (accept_damping, accept_section_forces, acc
 from .energy import account_step, DISSIPATED
 from .scheme import newton_tolerance, step_coefficients
 from .stress import note_stress
+from .touching import (begin_touch, end_touch, give_up_points, points_born, solve_chain,
+                       touch_error)
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.4              # contraction above which the matrix is factorised anew at once
@@ -38,6 +41,7 @@ TOO_INACCURATE = 4      # the local error is above what it may be: never the las
 #                         finest sub-steps are taken whatever theirs
 UNFINISHED = 5          # attempts ran out
 CLAMP_INSIDE = 6        # a clamp is at the surface of the road
+TOO_MANY_POINTS = 7     # of contact on one wire at one time
 
 # running counts
 NEWTON = 0
@@ -137,6 +141,7 @@ def predict(model, law, viscosity, bristle, scratch, step):
     if law is not None:
         block, lane = tip_lane(model.elements)
         begin_contact(nodes, block, lane, step, scratch.frames[1], tip)
+        begin_touch(law.wire, bristle, step, scratch)
 
 
 @inlined
@@ -153,23 +158,31 @@ def renew_matrix(model, bristle, scratch, step):
 
 
 @inlined
-def find_correction(model, law, bristle, scratch, step):
-    """Solve up to the tip, with its contact; return whether that problem could be solved."""
+def find_correction(model, law, bristle, scratch, step, fresh):
+    """Solve for the increments and the contact; return whether that problem could be solved."""
     nodes, mids, chain = bristle.nodes, bristle.mids, bristle.chain
     solved = True
     add_excess(nodes, mids)
-    eliminate(nodes, model.elements, mids, chain)
-    if law is not None:
-        solved = correct_contact(bristle, law, law.surface, step, scratch.frames,
-                                 scratch.contact)
+    if law is None:
+        eliminate(nodes, model.elements, mids, chain)
+        substitute(nodes, model.elements, mids, chain)
+    else:
+        solved = solve_chain(model, law, law.wire, bristle, scratch, step, fresh)
     return solved
 
 
 @inlined
+def points_missed(model, law, bristle, scratch):
+    """Return how many points a step that has converged needs beside those in use."""
+    if law is None:
+        return NONE_BORN
+    return points_born(model, law, law.wire, bristle, scratch)
+
+
+@inlined
 def apply_correction(model, bristle, step):
-    """Solve back to the clamp and move the nodes; return the size as `move_nodes` does."""
+    """Move the nodes by the increments; return the size as `move_nodes` does."""
     nodes, mids = bristle.nodes, bristle.mids
-    substitute(nodes, model.elements, mids, bristle.chain)
     update_section_forces(nodes, mids, model.section, step.factor)
     bristle.counts[NEWTON] += 1
     return move_nodes(nodes, model.blocks, model.section.element_length)
@@ -187,6 +200,7 @@ def solve_step(model, law, bristle, scratch, step):
     renewed = False
     iterations = 0
     before = 0.0
+    first = 0   # iteration from which the present points take part
     status = NO_CONVERGENCE
     for iteration in range(MAX_ITERATIONS):
         internal_forces(nodes, model.blocks, end[CLAMP:], model.section, step.factor, 1.0)
@@ -198,7 +212,7 @@ def solve_step(model, law, bristle, scratch, step):
                 status = SINGULAR_MATRIX
                 break
             renewed = True
-        solved = find_correction(model, law, bristle, scratch, step)
+        solved = find_correction(model, law, bristle, scratch, step, fresh)
         if fresh and not solved:
             break
         refresh = not solved
@@ -207,12 +221,12 @@ def solve_step(model, law, bristle, scratch, step):
         if not size < 1e29:
             status = NOT_FINITE
             break
-        if iteration > 0:
+        if iteration > first:
             rate = size / before
             if iteration == 1:
                 contraction = UNKNOWN if fresh else min(max(rate, LEAST), 0.5)
             if rate > SLOW:
-                if fresh and rate > 2.0 and iteration > 2:
+                if fresh and rate > 2.0 and iteration > first + 2:
                     break
                 refresh = True
         elif size > 1.0:
@@ -220,14 +234,30 @@ def solve_step(model, law, bristle, scratch, step):
         before = size
         if solved and (size <= tolerance and rate < 1.0
                        or size * rate <= tolerance * (1.0 - rate)):
-            status = OK
-            break
+            born = points_missed(model, law, bristle, scratch)
+            if born == NONE_BORN:
+                status = OK
+                break
+            if born == TOO_MANY:
+                status = TOO_MANY_POINTS
+                break
+            first = iteration + 1
+            rate = max(rate, UNKNOWN)
     return Corrections(status, iterations, contraction, renewed, refresh)
 
 
 @inlined
-def estimate_error(model, bristle, scratch, h, change1, change2, change3):
-    """Return the step's local error; change [N]: of the contact force over it, road axes."""
+def estimate_error(model, law, bristle, scratch, h, living, change1, change2, change3):
+    """
+    Return the step's local error.
+
+    living : points in use before it;  change [N]: of the tip's force over it, road axes
+    """
+    if law is not None:
+        error = touch_error(model, law.wire, bristle, scratch, h, living,
+                            (change1, change2, change3))
+        if error >= 0.0:
+            return error
     block, lane = tip_lane(model.elements)
     p1, p2, p3 = rotate_back(scratch.frames[1], ROTATION, change1, change2, change3)
     inverse = 1.0 / bristle.nodes[block, MASS * LANES + lane]
@@ -255,6 +285,7 @@ def accept(model, law, viscosity, audit, bristle, scratch, step):
         lost = finish_on_surface(bristle, law, law.surface, h, end, scratch.contact)
         for i in range(3):
             tip[IMPULSE + i] += h * tip[FORCE + i]
+        lost += end_touch(law.wire, bristle, law, h, lost, scratch)
         if audit is not None:
             audit[DISSIPATED] += lost
 
@@ -275,12 +306,12 @@ def try_step(model, law, viscosity, audit, bristle, scratch, h, shortest):
         tip[STEP] = h
     step = step_coefficients(model.scheme, model.mass_damping, viscosity, h)
     old1, old2, old3 = tip[FORCE], tip[FORCE + 1], tip[FORCE + 2]
-    old_state, old_gap = tip[STATE], tip[GAP]
+    old_state, old_gap, living = tip[STATE], tip[GAP], tip[LIVING]
     predict(model, law, viscosity, bristle, scratch, step)
     found = solve_step(model, law, bristle, scratch, step)
     status = found.status
     if status == OK:
-        tip[ESTIMATE] = estimate_error(model, bristle, scratch, h, tip[FORCE] - old1,
+        tip[ESTIMATE] = estimate_error(model, law, bristle, scratch, h, living, tip[FORCE] - old1,
                                        tip[FORCE + 1] - old2, tip[FORCE + 2] - old3)
         if tip[ESTIMATE] > model.local_error and h > shortest:
             status = TOO_INACCURATE
@@ -288,6 +319,8 @@ def try_step(model, law, viscosity, audit, bristle, scratch, h, shortest):
         tip[MATRIX_STEP] = 0.0
         tip[FORCE], tip[FORCE + 1], tip[FORCE + 2] = old1, old2, old3
         tip[STATE], tip[GAP] = old_state, old_gap
+        if law is not None:
+            give_up_points(law.wire, bristle, scratch, living)
         if status != TOO_INACCURATE:
             bristle.counts[FAILURES] += 1
         return status

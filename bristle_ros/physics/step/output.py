@@ -1,19 +1,20 @@
 """Outputs of the present state: tip, contact, mount reactions, brush totals, energies."""
 from itertools import accumulate
-from math import cos, sin
+from math import cos, inf, sin
 from typing import NamedTuple
 
 from bristle_ros.physics.compiler import inlined, jit
-from bristle_ros.physics.contact import (ESTIMATE, FORCE, GAP, IMPULSE, rotate, rotate_back,
-                                         spring_energy)
-from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, HEIGHT, is_polygon,
-                                        OMEGA, ROTATION, SPIN, SPIN_RATE, THETA, turn_frame)
+from bristle_ros.physics.contact import (ALIVE, ESTIMATE, FORCE, GAP, IMPULSE, position, rotate,
+                                         rotate_back, spring_energy, whole_force, XI)
+from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, is_polygon, MOVED,
+                                        OMEGA, PLACE, ROTATION, SPIN, SPIN_RATE, THETA, turn_frame)
 from bristle_ros.physics.wire import (clamp_reaction, internal_forces, LANES, MASS, node_air, Q,
                                       Q0, RATE0, stiffness, STRAIN0, STRAIN_BEFORE, STRESS0,
                                       tip_lane, V0, X, X0)
 
-from .clearance import lowest_node
-from .energy import DISSIPATED, kinetic_energy, strain_energy, STRESS_MAX, STRESS_MIN, WORK
+from .clearance import lowest_node, nearest_point, touching_length
+from .energy import (DISSIPATED, kinetic_energy, spring_energy_of_points, strain_energy, STRESS_MAX,
+                     STRESS_MIN, WORK)
 from .stepping import own_frame
 from .stress import air_on_clamp, corner_stress
 
@@ -26,10 +27,12 @@ BRISTLE = {
     'air_force': 3,
     'error_estimate': 1,                                # [m]
     'clamp_stress': 4, 'clamp_stress_min': 4, 'clamp_stress_max': 4,
-    'worst': 3}     # largest of these, depth of the wire below road and tip, of the tip
+    'worst': 3,     # largest of these, depth of the wire below road and tip, of the tip
+    'tip_force': 3, 'wire_gap': 1, 'contact_length': 1}     # [N], [m], [m]
 (POSITION, POSITION_ROAD, POSITION_MOUNT, ORIENTATION, ORIENTATION_MOUNT, CONTACT, CONTACT_IMPULSE,
  MOUNT_FORCE, MOUNT_MOMENT, DAMPING_FORCE, AIR_FORCE, ERROR, CORNER_STRESS, LEAST_STRESS,
- LARGEST_STRESS, WORST, BRISTLE_COLUMNS) = accumulate(BRISTLE.values(), initial=0)
+ LARGEST_STRESS, WORST, TIP_FORCE, WIRE_GAP, CONTACT_LENGTH, BRISTLE_COLUMNS) = accumulate(
+     BRISTLE.values(), initial=0)
 # The same of the whole brush.
 BRUSH = {
     'brush_force': 3, 'brush_torque': 3, 'contact_force_mount': 3, 'contact_torque_mount': 3,
@@ -111,7 +114,7 @@ def _put_damping(s, model, viscosity, rows, by_time):
 
 
 @inlined
-def _put_tip(model, bristle, s, tip, own, turns, row):
+def _put_tip(model, bristle, s, tip, points, own, turns, row):
     """Store where the tip is and what the road does to it; return its position, own axes."""
     block, lane = tip_lane(model.elements)
     azimuth = model.azimuth[bristle]
@@ -133,8 +136,9 @@ def _put_tip(model, bristle, s, tip, own, turns, row):
     _put_turned_quaternion(row, ORIENTATION_MOUNT, cos(0.5 * theta), sin(0.5 * theta),
                            row[ORIENTATION + 3], row[ORIENTATION], row[ORIENTATION + 1],
                            row[ORIENTATION + 2])
+    row[CONTACT], row[CONTACT + 1], row[CONTACT + 2] = whole_force(points, tip)
     for i in range(3):
-        row[CONTACT + i] = tip[FORCE + i]
+        row[TIP_FORCE + i] = tip[FORCE + i]
         row[CONTACT_IMPULSE + i] = tip[IMPULSE + i]
     row[ERROR] = tip[ESTIMATE]
     return x1, x2, x3
@@ -196,16 +200,21 @@ def _put_mount(model, bristle, s, driven, own, turns, row):
     return f1, f2, f3, m1, m2, m3
 
 
+@jit
+def _put_depths(model, surface, s, tip, points, driven, sums, row):
+    """Store the depths of tip and wire in the road, its least gap, and how much of it touches."""
+    row[WORST + 2] = -tip[GAP]
+    row[WORST + 1] = -max(tip[GAP], 0.0) - lowest_node(s, model.elements, surface, driven, sums)
+    row[WIRE_GAP] = nearest_point(points, tip)
+    row[CONTACT_LENGTH] = touching_length(points, model.section.element_length)
+
+
 @inlined
-def _put_depths(model, law, s, gap, own, turns, row):
-    """Store the depths of tip and wire in the road; of the wire only where that is a plane."""
-    row[WORST + 2] = -gap
-    if law is not None and law.surface is not None:
-        row[WORST + 1] = -1.0
-        return
-    n1, n2, n3 = turned(turns.c_back, -turns.s_back, own[ROTATION + 6], own[ROTATION + 7],
-                        own[ROTATION + 8])
-    row[WORST + 1] = -max(gap, 0.0) - lowest_node(s, model.elements, n1, n2, n3, own[HEIGHT])
+def _put_no_depths(row):
+    """Store that there is no road."""
+    row[WORST + 1] = row[WORST + 2] = -1e300
+    row[WIRE_GAP] = inf
+    row[CONTACT_LENGTH] = 0.0
 
 
 @jit
@@ -228,12 +237,13 @@ def _add_wrench(totals, at, wires, c, s, place, force, moment):
 
 
 @jit
-def _add_energies(model, law, s, gap, audit, drag, totals):
+def _add_energies(model, law, s, gap, points, audit, drag, totals):
     """Add a bristle's energies and accounts."""
     totals[KINETIC] += model.wires * kinetic_energy(s, model.blocks, drag)
     totals[ELASTIC] += model.wires * strain_energy(s, model.blocks, model.section)
     if law is not None:
-        totals[ELASTIC] += model.wires * spring_energy(law.stiffness, gap)
+        totals[ELASTIC] += model.wires * (spring_energy(law.stiffness, gap)
+                                          + spring_energy_of_points(law, law.wire, points))
     totals[LOST] += model.wires * audit[DISSIPATED]
     totals[DONE] += model.wires * audit[WORK]
 
@@ -255,22 +265,36 @@ def observe(model, law, viscosity, state, scratch, rows, totals):
     back = -theta if model.displacement else 0.0
     turns = _Turns(cos(theta), sin(theta), cos(back), sin(back), cos(0.5 * back), sin(0.5 * back))
     for bristle in range(model.bristles):
-        s, tip, row = state.nodes[bristle], state.tip[bristle], rows[bristle]
+        s, tip, points, row = (state.nodes[bristle], state.tip[bristle], state.points[bristle],
+                               rows[bristle])
         ca, sa = model.azimuth[bristle, 0], model.azimuth[bristle, 1]
         turn_frame(frame, ca, sa, own)
         own_frame(model, state.motion, model.azimuth[bristle], t, scratch, driven)
         clamp = driven[CLAMP:]
-        place = _put_tip(model, bristle, s, tip, own, turns, row)
+        place = _put_tip(model, bristle, s, tip, points, own, turns, row)
         _put_damping_force(model, viscosity, s, clamp, turns, row)
         f1, f2, f3, m1, m2, m3 = _put_mount(model, bristle, s, driven, own, turns, row)
         _put_air(model, model.air, s, driven, row)
         _put_stress(row, model.corners, state.audit[bristle], f1, f2, f3, m1, m2, m3)
-        _put_depths(model, law, s, tip[GAP], own, turns, row)
+        if law is None:
+            _put_no_depths(row)
+        else:
+            driven[PLACE], driven[PLACE + 1] = state.motion[MOVED], state.motion[MOVED + 1]
+            _put_depths(model, law.surface, s, tip, points, driven, scratch.contact[8], row)
         c = turns.c_theta * ca - turns.s_theta * sa
         s_all = turns.s_theta * ca + turns.c_theta * sa
         _add_wrench(totals, BRUSH_FORCE, model.wires, c, s_all,
                     (model.clamp[0], model.clamp[1], model.clamp[2]), (f1, f2, f3), (m1, m2, m3))
         contact = rotate_back(own, ROTATION, tip[FORCE], tip[FORCE + 1], tip[FORCE + 2])
         _add_wrench(totals, CONTACT_FORCE, model.wires, c, s_all, place, contact, (0.0, 0.0, 0.0))
-        _add_energies(model, law, s, tip[GAP], state.audit[bristle], driven[DRAG_SPIN], totals)
+        for e in range(points.shape[0]):
+            if points[e, ALIVE] > 0.0:
+                x1, x2, x3 = position(s, X, e, points[e, XI], driven)
+                x1, x2, x3 = turned(turns.c_back, turns.s_back, x1, x2, x3)
+                contact = rotate_back(own, ROTATION, points[e, FORCE], points[e, FORCE + 1],
+                                      points[e, FORCE + 2])
+                _add_wrench(totals, CONTACT_FORCE, model.wires, c, s_all, (x1, x2, x3), contact,
+                            (0.0, 0.0, 0.0))
+        _add_energies(model, law, s, tip[GAP], points, state.audit[bristle], driven[DRAG_SPIN],
+                      totals)
     totals[ANGLE], totals[BRUSH_SPEED] = theta, frame[OMEGA]

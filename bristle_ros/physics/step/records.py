@@ -39,6 +39,7 @@ class State(NamedTuple):
     mids: NDArray[np.float64]       # (B, blocks, MIDS) wire/chain.py: the frozen matrix, mid nodes
     chain: NDArray[np.float64]      # (B, elements, RECORD) and corners
     tip: NDArray[np.float64]        # (B, TIP) contact/tip.py
+    points: NDArray[np.float64]     # (B, elements or 0, POINT) contact/point.py
     counts: NDArray[np.int64]       # (B, COUNTS) int64, running counts of newton.py
     motion: NDArray[np.float64]     # (MOTION,) motion/frame.py: the ramps that commands change
     step: NDArray[np.int64]         # (1,) int64: steps done
@@ -53,6 +54,7 @@ class Bristle(NamedTuple):
     mids: NDArray[np.float64]       # (blocks, MIDS)
     chain: NDArray[np.float64]      # (elements, RECORD)
     tip: NDArray[np.float64]        # (TIP,)
+    points: NDArray[np.float64]     # (elements or 0, POINT)
     counts: NDArray[np.int64]       # (COUNTS,)
 
 
@@ -60,7 +62,27 @@ class Bristle(NamedTuple):
 def bristle_of(model, state, number):
     """Return the Bristle of that number; for kernels, whose views Python would not see as such."""
     return Bristle(model.azimuth[number], state.nodes[number], state.mids[number],
-                   state.chain[number], state.tip[number], state.counts[number])
+                   state.chain[number], state.tip[number], state.points[number],
+                   state.counts[number])
+
+
+class Room(NamedTuple):
+    """Where the contact of several points is worked out; M of them at most, the tip among them."""
+
+    slots: NDArray[np.int64]        # (M,) elements of those that take part; `elements`: the tip
+    count: NDArray[np.int64]        # (1,) how many
+    ready: NDArray[np.int64]        # (M,) 1 where columns and w are those of the present matrix
+    begin: NDArray[np.float64]      # (M, 3) [m] places at the step's start, surface axes
+    moved: NDArray[np.float64]      # (M, 3) [m] from there to its end
+    w: NDArray[np.float64]          # (M, M, 9) [m/N] by which a force at the second moves the first
+    columns: NDArray[np.float64]    # (M, 3, blocks, COLUMN) what a force does to the nodes
+    nodes: NDArray[np.float64]      # (blocks, BLOCK)
+    records: NDArray[np.float64]    # (M, CONTACT) their records, to work in
+    line: NDArray[np.float64]       # (2 elements + 1, 3) [m] nodes from clamp to tip, surface axes
+    begun: NDArray[np.float64]      # (2 elements + 1, 3) [m] the same at the step's start
+    near: NDArray[np.int64]         # (elements,) 1: may be at the road
+    heights: NDArray[np.float64]    # (blocks LANES,)
+    kept: NDArray[np.float64]       # (elements, POINT) the points before the step
 
 
 class Scratch(NamedTuple):
@@ -76,7 +98,9 @@ class Scratch(NamedTuple):
     known: NDArray[np.int64]        # (BATCH PARTS + 1,) int64: 1 where they are
     saved: NDArray[np.float64]      # (blocks, BLOCK)
     saved_tip: NDArray[np.float64]  # (TIP,)
+    saved_points: NDArray[np.float64]   # as Bristle.points
     saved_audit: NDArray[np.float64]  # (AUDIT,)
     table: NDArray[np.float64]      # (2 BATCH + 1, FRAME) at azimuth 0, at the ends and middles of
     #                               a call's steps: whoever shares a queue shares it
     failed: NDArray[np.int64]       # (3,) int64: step of a failure; step and bristle of the first
+    room: Room | None               # None where the tip alone touches

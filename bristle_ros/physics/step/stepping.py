@@ -6,7 +6,7 @@ step; when that fails too, `advance` stops with a status and the state at the st
 integration step. All decisions depend on the state alone, so a run repeats bit for bit.
 """
 from bristle_ros.physics.compiler import inlined, jit, take
-from bristle_ros.physics.contact import ESTIMATE, is_clear, LEVEL, MATRIX_STEP
+from bristle_ros.physics.contact import ESTIMATE, is_clear, LEVEL, MATRIX_STEP, POINT
 from bristle_ros.physics.motion import (CLAMP, drive_clamp, follow_path, frame_at, is_polygon,
                                         keep_place, turn_frame, VELOCITY, way_within)
 from bristle_ros.physics.wire import (HA, JUMP, keep_strains, LANES, LR, OK, SECTION_FORCE,
@@ -45,14 +45,17 @@ def own_frame(model, motion, azimuth, t, scratch, frame):
 
 
 @jit
-def keep_copy(s, tip, into, into_tip):
-    """Copy what a bristle's nodes carry from step to step, and its tip record."""
+def keep_copy(s, tip, points, into, into_tip, into_points):
+    """Copy what a bristle's nodes carry from step to step, and its contact's records."""
     for j in range(s.shape[0]):
         for first, end in ((X0, HA), (STRAIN0, LR), (JUMP, SECTION_FORCE)):
             for i in range(first * LANES, end * LANES):
                 into[j, i] = s[j, i]
     for i in range(tip.size):
         into_tip[i] = tip[i]
+    for e in range(points.shape[0]):
+        for i in range(POINT):
+            into_points[e, i] = points[e, i]
 
 
 @jit
@@ -106,14 +109,14 @@ def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
     """
     if law is not None and not clamp_is_clear(law.surface, bristle.azimuth, scratch, step):
         return CLAMP_INSIDE
-    nodes, tip, counts = bristle.nodes, bristle.tip, bristle.counts
+    nodes, tip, points, counts = bristle.nodes, bristle.tip, bristle.points, bristle.counts
     if viscosity is not None and is_polygon(model):
         keep_strains(nodes)
     position = 0
     level = int(tip[LEVEL])
     deepest = 0
     if level > 0:
-        keep_copy(nodes, tip, scratch.saved, scratch.saved_tip)
+        keep_copy(nodes, tip, points, scratch.saved, scratch.saved_tip, scratch.saved_points)
     if audit is not None:
         for i in range(audit.size):
             scratch.saved_audit[i] = audit[i]
@@ -138,11 +141,11 @@ def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
                 return OK
         else:
             if position == 0:
-                keep_copy(nodes, tip, scratch.saved, scratch.saved_tip)
+                keep_copy(nodes, tip, points, scratch.saved, scratch.saved_tip, scratch.saved_points)
             level += 1
             if level > DEEPEST:
                 break
-    keep_copy(scratch.saved, scratch.saved_tip, nodes, tip)
+    keep_copy(scratch.saved, scratch.saved_tip, scratch.saved_points, nodes, tip, points)
     if audit is not None:
         for i in range(audit.size):
             audit[i] = scratch.saved_audit[i]

@@ -186,8 +186,56 @@ def local_error(s, elements, h, scheme, push):
         store8(r, NODE_FORCE * LANES, _change_of_a(r, row, ca, by_step, by_old, back))
         tip_change += (2.0 * r[NODE_FORCE * LANES + lane] + push[row]) * push[row]
     total = max(_sum(r, total) + r[MASS * LANES + lane] * tip_change, 0.0)
-    constant = abs(scheme.beta + 0.5 * (scheme.alpha_m - scheme.alpha_f) - 1.0 / 6.0)
-    return constant * h * h * sqrt(total / _sum(r, mass))
+    return _error_constant(scheme) * h * h * sqrt(total / _sum(r, mass))
+
+
+@jit
+def fill_changes(s, h, scheme):
+    """
+    Fill NODE_FORCE with what A changes by over the step; return its square times the mass, summed.
+
+    For `local_error` where contact acts on more nodes than the tip: `add_change` adds that, and
+    `error_of_changes` is the result.
+    """
+    ca = (1.0 - scheme.alpha_m) / ((1.0 - scheme.alpha_f) * scheme.beta * h * h)
+    back = 1.0 / (1.0 - scheme.alpha_m)
+    by_step, by_old = back * (1.0 - scheme.alpha_f), back * scheme.alpha_f
+    total = 0.0
+    for j in range(s.shape[0]):
+        r = s[j]
+        for row in range(3):
+            store8(r, (NODE_FORCE + row) * LANES,
+                   _change_of_a(r, row, ca, by_step, by_old, back))
+            for i in range(LANES):
+                total += r[MASS * LANES + i] * r[(NODE_FORCE + row) * LANES + i] ** 2
+    return total
+
+
+@jit
+def add_change(s, j, lane, p1, p2, p3):
+    """Add to a node's change of A [m/s^2]; return by what the sum of `fill_changes` grows."""
+    c1, c2, c3 = (s[j, NODE_FORCE * LANES + lane], s[j, (NODE_FORCE + 1) * LANES + lane],
+                  s[j, (NODE_FORCE + 2) * LANES + lane])
+    s[j, NODE_FORCE * LANES + lane] = c1 + p1
+    s[j, (NODE_FORCE + 1) * LANES + lane] = c2 + p2
+    s[j, (NODE_FORCE + 2) * LANES + lane] = c3 + p3
+    return s[j, MASS * LANES + lane] * (
+        (2.0 * c1 + p1) * p1 + (2.0 * c2 + p2) * p2 + (2.0 * c3 + p3) * p3)
+
+
+@jit
+def error_of_changes(s, total, h, scheme):
+    """Return the local error of `local_error` from the sum of `fill_changes` and `add_change`."""
+    mass = 0.0
+    for j in range(s.shape[0]):
+        for i in range(LANES):
+            mass += s[j, MASS * LANES + i]
+    return _error_constant(scheme) * h * h * sqrt(max(total, 0.0) / mass)
+
+
+@jit
+def _error_constant(scheme):
+    return abs(scheme.beta + 0.5 * (scheme.alpha_m - scheme.alpha_f) - 1.0 / 6.0)
 
 
 @jit

@@ -1,0 +1,133 @@
+"""What contact along the wire adds to a step; where the tip alone touches it compiles to nothing."""
+from bristle_ros.physics.compiler import inlined, jit
+from bristle_ros.physics.contact import (ALIVE, begin_points, carry_points, correct_contact,
+                                         correct_together, fill_columns, find_points,
+                                         finish_points, FORCE, gather, IMPULSE, keep_points,
+                                         LIVING, NONE_BORN, node_of, restore_points, rotate_back,
+                                         weights, XI)
+from bristle_ros.physics.motion import ROTATION
+from bristle_ros.physics.wire import (add_change, eliminate, error_of_changes, fill_changes,
+                                      LANES, MASS, substitute)
+
+
+@inlined
+def begin_touch(wire, bristle, step, scratch):
+    """Keep the points as they are, and let their last forces act in the prediction."""
+    if wire is not None:
+        if bristle.tip[LIVING] > 0.0:
+            keep_points(bristle.points, scratch.room.kept)
+            begin_points(bristle, step, scratch.frames[1], scratch.room)
+        else:
+            scratch.room.count[0] = 0
+
+
+@jit
+def _correct_points(bristle, law, surface, step, scratch, fresh):
+    """Find the increments of all nodes where several points touch; whether it could be solved."""
+    nodes, room, frames = bristle.nodes, scratch.room, scratch.frames
+    gather(bristle, frames[0], room)
+    if fresh:
+        room.ready[:room.count[0]] = 0
+    fill_columns(bristle, step, frames, room)
+    elements = bristle.chain.shape[0]
+    eliminate(nodes, elements, bristle.mids, bristle.chain)
+    substitute(nodes, elements, bristle.mids, bristle.chain)
+    return correct_together(bristle, law, surface, step, frames, scratch)
+
+
+@inlined
+def solve_chain(model, law, wire, bristle, scratch, step, fresh):
+    """
+    Turn the residual rows into increments, with the contact problem solved on the way.
+
+    fresh : bool    the matrix has just been made. Returns whether the contact could be solved.
+    """
+    if wire is not None:
+        if bristle.tip[LIVING] > 0.0:
+            return _correct_points(bristle, law, law.surface, step, scratch, fresh)
+    eliminate(bristle.nodes, model.elements, bristle.mids, bristle.chain)
+    solved = correct_contact(bristle, law, law.surface, step, scratch.frames, scratch.contact)
+    substitute(bristle.nodes, model.elements, bristle.mids, bristle.chain)
+    return solved
+
+
+@inlined
+def points_born(model, law, wire, bristle, scratch):
+    """Return how many points the end of a step that has converged needs beside those in use."""
+    if wire is None:
+        return NONE_BORN
+    return find_points(bristle, law, law.surface, wire, model.section.element_length,
+                       scratch.frames, scratch)
+
+
+@inlined
+def give_up_points(wire, bristle, scratch, living):
+    """Put the points back as they were before a step that failed; living: how many they were."""
+    if wire is not None:
+        if living > 0.0 or bristle.tip[LIVING] > 0.0:
+            restore_points(bristle.points, bristle.tip, scratch.room.kept, living)
+
+
+@jit
+def _error(bristle, h, scheme, middle, kept, living, change):
+    """Do what `estimate_error` does where points touch: their forces change A as the tip's does."""
+    points, nodes = bristle.points, bristle.nodes
+    elements = points.shape[0]
+    total = fill_changes(nodes, h, scheme)
+    for e in range(elements + 1):
+        f1, f2, f3 = change
+        element, xi = e, 0.0
+        if e < elements:
+            f1 = f2 = f3 = 0.0
+            xi = points[e, XI]
+            if points[e, ALIVE] > 0.0:
+                f1, f2, f3 = points[e, FORCE], points[e, FORCE + 1], points[e, FORCE + 2]
+            if living > 0.0 and kept[e, ALIVE] > 0.0:
+                f1, f2, f3 = f1 - kept[e, FORCE], f2 - kept[e, FORCE + 1], f3 - kept[e, FORCE + 2]
+        else:
+            element, xi = elements - 1, 1.0
+        if f1 == 0.0 and f2 == 0.0 and f3 == 0.0:
+            continue
+        p1, p2, p3 = rotate_back(middle, ROTATION, f1, f2, f3)
+        n = weights(xi)
+        for i in range(3):
+            j, lane = node_of(element, i)
+            if j >= 0 and n[i] != 0.0:
+                share = n[i] / nodes[j, MASS * LANES + lane]
+                total += add_change(nodes, j, lane, share * p1, share * p2, share * p3)
+    return error_of_changes(nodes, total, h, scheme)
+
+
+@inlined
+def touch_error(model, wire, bristle, scratch, h, living, change):
+    """
+    Return the local error of a step in which points touch [m]; -1: only the tip may have.
+
+    living : points before the step; change [N] : (3,)     of the tip's force over it, road axes
+    """
+    if wire is None:
+        return -1.0
+    if living == 0.0 and bristle.tip[LIVING] == 0.0:
+        return -1.0
+    return _error(bristle, h, model.scheme, scratch.frames[1], scratch.room.kept, living, change)
+
+
+@inlined
+def end_touch(wire, bristle, law, h, taken, scratch):
+    """
+    Finish the points as the tip is finished, add their impulses, carry them on; return the loss.
+
+    taken [J] : float   what finishing the tip took
+    """
+    lost = 0.0
+    if wire is not None:
+        tip, points = bristle.tip, bristle.points
+        if tip[LIVING] > 0.0:
+            end = scratch.frames[2]
+            lost = finish_points(bristle, law, law.surface, h, end, scratch.contact)
+            for e in range(points.shape[0]):
+                if points[e, ALIVE] > 0.0:
+                    for i in range(3):
+                        tip[IMPULSE + i] += h * points[e, FORCE + i]
+            lost += carry_points(bristle, law, law.surface, h, end, taken + lost, scratch)
+    return lost
