@@ -26,7 +26,7 @@ from bristle_ros.physics.wire import X, X0
 from .law import OPEN, spring_energy
 from .point import ALIVE, LOWEST, MOST, OFFSET, POINT, XI
 from .search import (descend, fill_line, gap_along, is_clear_of_plane, lowest_on, mark_near)
-from .tip import BEFORE, FORCE, GAP, LIVING, STATE, TANK
+from .tip import BEFORE, GAP, LIVING, STATE, TANK
 
 # Points that share most of a node's mass answer almost as one, and sweeps over them hardly go on:
 # at the distance at which one ends the angle between two has a squared cosine of 0.92 (0.94 beside
@@ -128,9 +128,8 @@ def _follow(surface, line, points, e, elements, sums):
     if xi == 1.0 and e < elements - 1:
         if points[e + 1, ALIVE] == 0.0 and gap_along(surface, line, e + 1, -1.0, sums)[1] < 0.0:
             e, xi = e + 1, descend(surface, line, e + 1, -1.0, STRIDE, sums)
-    elif xi == -1.0 and e > 0:
-        if points[e - 1, ALIVE] == 0.0:
-            e, xi = e - 1, descend(surface, line, e - 1, 1.0, STRIDE, sums)
+    elif xi == -1.0 and e > 0 and points[e - 1, ALIVE] == 0.0:
+        e, xi = e - 1, descend(surface, line, e - 1, 1.0, STRIDE, sums)
     if _is_taken(points, e, elements, xi, ENDS_APART, ENDS_INSIDE):
         return -1, 0.0
     return e, xi

@@ -15,14 +15,14 @@ status.
 """
 from bristle_ros.physics.compiler import jit, load8, store8
 from bristle_ros.physics.motion import HEIGHT_RATE, ROTATION, SPIN, VELOCITY
-from bristle_ros.physics.wire import (ELEMENTS, eliminate, LANES, LR, MASS, R, substitute, V0, X,
+from bristle_ros.physics.wire import (eliminate, LANES, LR, MASS, R, substitute, V0, X,
                                       X0)
 
 from .curved import across, law_on, place_of, solve_in_plane, step_normal
 from .law import OPEN
 from .point import (ALIVE, increment, node_of, OFFSET, position, push_point, weights, XI)
 from .search import gap_on
-from .tip import (BEFORE, CONTACT, FORCE, GAP, LIVING, rotate, rotate_back, section_axes,
+from .tip import (BEFORE, CONTACT, FORCE, GAP, rotate, rotate_back, section_axes,
                   SLIP_MOVED, STATE, stopping_force)
 
 SWEEPS = 300
@@ -304,7 +304,7 @@ def _velocity(s, e, xi, end):
 
 @jit
 def finish_points(bristle, law, surface, h, end, scratch):
-    """Do for all points in use what `finish_contact` does for the tip; return what it takes [J]."""
+    """Do for points in use what `finish_contact` does for the tip; return what it takes [J]."""
     s, points = bristle.nodes, bristle.points
     lost = 0.0
     for e in range(points.shape[0]):

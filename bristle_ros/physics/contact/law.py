@@ -1,5 +1,5 @@
 """
-The laws of a point of the wire against the road: unilateral contact and Coulomb friction, over one step.
+The laws of a point of the wire and the road: unilateral contact, Coulomb friction, over one step.
 
 All in road axes (z the road's normal), over one step of length h from gap g0 to gap g1. The force
 is constant over the step, and the laws hold between it and the displacement over the step:

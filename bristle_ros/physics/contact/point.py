@@ -31,7 +31,7 @@ MOST = 64           # points that one wire may have in use at one time, its tip 
 
 @jit
 def node_of(e, i):
-    """Return block and lane of node i of element e: left corner, mid, right; block -1: the clamp."""
+    """Return block and lane of a node of element e: left, mid, right; block -1: the clamp."""
     if i == 1:
         return e // ELEMENTS, e % ELEMENTS
     corner = e if i == 2 else e - 1
@@ -48,7 +48,7 @@ def weights(xi):
 
 @jit
 def position(s, rows, e, xi, frame):
-    """Return where a point is, axes of the nodes; rows: X or X0; the clamp from the frame record."""
+    """Return where a point is, axes of the nodes; rows: X or X0, the clamp: the frame record's."""
     n = weights(xi)
     x1 = x2 = x3 = 0.0
     for i in range(3):

@@ -12,7 +12,7 @@ FORCE = 0           # 3  on the wire, mean over the last step, road axes [N]
 STATE = FORCE + 3   # 1  OPEN, SLIP or STICK
 GAP = STATE + 1     # 1  at the end of the last step [m]
 SLIP_MOVED = GAP + 1  # 3  over the last step: slip, slip and change of the gap [m]
-BEFORE = SLIP_MOVED + 3  # 1  gap at the start of the last step [m]; the tip's on a level plane: not
+BEFORE = SLIP_MOVED + 3  # 1  gap at the start of the last step [m]; not of tips on the plane
 CONTACT = BEFORE + 1
 # tip record, after that
 IMPULSE = CONTACT   # 3  of the road on the whole wire, since the start [N s]

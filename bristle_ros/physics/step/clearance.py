@@ -1,6 +1,6 @@
 """How far the wire is from the road, and what touches it there."""
 from bristle_ros.physics.compiler import jit
-from bristle_ros.physics.contact import (ALIVE, CONTACT, FORCE, GAP, gap_on, OPEN, place_of, STATE)
+from bristle_ros.physics.contact import (ALIVE, GAP, gap_on, OPEN, place_of, STATE)
 from bristle_ros.physics.wire import ELEMENTS, LANES, X
 
 

@@ -13,8 +13,8 @@ from bristle_ros.physics.wire import (clamp_reaction, internal_forces, LANES, MA
                                       tip_lane, V0, X, X0)
 
 from .clearance import lowest_node, nearest_point, touching_length
-from .energy import (DISSIPATED, kinetic_energy, spring_energy_of_points, strain_energy, STRESS_MAX,
-                     STRESS_MIN, WORK)
+from .energy import (DISSIPATED, kinetic_energy, spring_energy_of_points, strain_energy,
+                     STRESS_MAX, STRESS_MIN, WORK)
 from .stepping import own_frame
 from .stress import air_on_clamp, corner_stress
 

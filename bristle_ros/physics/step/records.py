@@ -74,7 +74,7 @@ class Room(NamedTuple):
     ready: NDArray[np.int64]        # (M,) 1 where columns and w are those of the present matrix
     begin: NDArray[np.float64]      # (M, 3) [m] places at the step's start, surface axes
     moved: NDArray[np.float64]      # (M, 3) [m] from there to its end
-    w: NDArray[np.float64]          # (M, M, 9) [m/N] by which a force at the second moves the first
+    w: NDArray[np.float64]          # (M, M, 9) [m/N] what a force at the second moves the first
     columns: NDArray[np.float64]    # (M, 3, blocks, COLUMN) what a force does to the nodes
     nodes: NDArray[np.float64]      # (blocks, BLOCK)
     records: NDArray[np.float64]    # (M, CONTACT) their records, to work in

@@ -141,7 +141,8 @@ def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
                 return OK
         else:
             if position == 0:
-                keep_copy(nodes, tip, points, scratch.saved, scratch.saved_tip, scratch.saved_points)
+                keep_copy(nodes, tip, points, scratch.saved, scratch.saved_tip,
+                          scratch.saved_points)
             level += 1
             if level > DEEPEST:
                 break

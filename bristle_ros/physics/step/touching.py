@@ -1,4 +1,8 @@
-"""What contact along the wire adds to a step; where the tip alone touches it compiles to nothing."""
+"""
+What contact along the wire adds to a step; where the tip alone touches it compiles to nothing.
+
+That takes conditions of their own on what may be None: the compiler leaves out no part of one.
+"""
 from bristle_ros.physics.compiler import inlined, jit
 from bristle_ros.physics.contact import (ALIVE, begin_points, carry_points, correct_contact,
                                          correct_together, fill_columns, find_points,
@@ -42,7 +46,7 @@ def solve_chain(model, law, wire, bristle, scratch, step, fresh):
 
     fresh : bool    the matrix has just been made. Returns whether the contact could be solved.
     """
-    if wire is not None:
+    if wire is not None:    # noqa: SIM102
         if bristle.tip[LIVING] > 0.0:
             return _correct_points(bristle, law, law.surface, step, scratch, fresh)
     eliminate(bristle.nodes, model.elements, bristle.mids, bristle.chain)
@@ -63,14 +67,14 @@ def points_born(model, law, wire, bristle, scratch):
 @inlined
 def give_up_points(wire, bristle, scratch, living):
     """Put the points back as they were before a step that failed; living: how many they were."""
-    if wire is not None:
+    if wire is not None:    # noqa: SIM102
         if living > 0.0 or bristle.tip[LIVING] > 0.0:
             restore_points(bristle.points, bristle.tip, scratch.room.kept, living)
 
 
 @jit
 def _error(bristle, h, scheme, middle, kept, living, change):
-    """Do what `estimate_error` does where points touch: their forces change A as the tip's does."""
+    """Do what `estimate_error` does where points touch: each changes A as the tip does."""
     points, nodes = bristle.points, bristle.nodes
     elements = points.shape[0]
     total = fill_changes(nodes, h, scheme)
