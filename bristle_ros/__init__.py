@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .study import open_study as open_study
     from .verbs.simulate import simulate as simulate
 
-__version__ = '0.2.0'
+__version__ = '0.3.0'
 __all__ = ['CommandRefused', 'CompilerRefused', 'RunWarning', 'SceneError', 'StepFailure',
            '__version__', 'build', 'load', 'open_study', 'simulate']
 

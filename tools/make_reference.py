@@ -78,8 +78,8 @@ ARRAYS = {
     'tip_position_road': ('n, B, 3', 'm', 'tips in road axes (z up), from the mount centre'),
     'tip_orientation': ('n, B, 4', '1', "quaternions x, y, z, w of the tips' sections in brush "
                         'axes: x along the wire, y along the breadth'),
-    'contact_force': ('n, B, 3', 'N', 'road on tip in road axes, mean over the last step; z is '
-                      'normal'),
+    'contact_force': ('n, B, 3', 'N', 'road on the whole wire in road axes, mean over the last '
+                      'step; z is up'),
     'contact_impulse': ('n, B, 3', 'N s', 'its sum since t = 0'),
     'mount_force': ('n, B, 3', 'N', 'wire on board in brush axes; with a clamp on a polygon '
                     '(`solver.time_step`) its damping is the mean over the step'),
@@ -103,6 +103,11 @@ ARRAYS = {
     'clamp_stress_max': ('n, B, 4', 'Pa', 'its largest'),
     'air_force': ('n, B, 3', 'N', 'of still air on the whole wire, road axes; with `air.density` '
                   'above 0'),
+    'tip_force': ('n, B, 3', 'N', 'the part of contact_force at the tip'),
+    'wire_gap': ('n, B', 'm', 'least gap of any contact point, the tip among them, as the law '
+                 'sees it; inf where there is no road'),
+    'contact_length': ('n, B', 'm', 'of wire that the touching points beside the tip stand for: '
+                       'an element each'),
     'base_pose': ('n, 3', 'm, m, rad', "x, y and heading of the sweeper's base on the road"),
     'wall_time': ('', 's', 'stepping alone'),
     'compile_time': ('', 's', 'all that was compiled or loaded before'),

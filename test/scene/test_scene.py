@@ -19,7 +19,7 @@ brush: {mount_radius: 0.1125, mount_angle: 0.4537856, mount_orientation: 0.0, br
 road: {attack_angle: 0.0, tilt_azimuth: 0.0, penetration: 0.005, approach_time: 0.02, max_rate: 0.2, grade: 0.0, cross_slope: 0.0}
 gutter: {enabled: false, kerb_distance: 0.30, approach: 0.0, channel_width: 0.25, channel_slope: 0.174533, kerb_height: 0.125, kerb_batter: 0.20944, lip_radius: 0.05, foot_radius: 0.010, edge_radius: 0.015, friction_static: -1.0, friction_kinetic: -1.0, friction_decay: -1.0}
 profile: {kind: none, amplitude: 0.003, wavelength: 0.060, phase: 0.0, roughness_class: C, shortest: 0.005, longest: 1.0, bands: 400, seed: 1, file: ""}
-contact: {enabled: true, normal_stiffness: 1.0e5, damping: 0.0}
+contact: {enabled: true, normal_stiffness: 1.0e5, damping: 0.0, points: wire}
 friction: {static: 0.70, kinetic: 0.27, decay: 0.40}
 damping: {mass: 0.1, stiffness: 0.0}
 air: {density: 0.0, drag_coefficient: 1.2}

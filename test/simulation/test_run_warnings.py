@@ -31,7 +31,8 @@ def warned(scene, duration, overrides=None, **arguments):
 
 @pytest.mark.parametrize(('kind', 'scene', 'duration', 'overrides', 'said'), [
     ('wire below the road', 'cutting_brush', 0.5, {
-        **SIX, 'brush.mount_angle': 1.3, 'road.penetration': 0.05, 'drive.mean_speed': 0.0},
+        **SIX, 'brush.mount_angle': 1.3, 'road.penetration': 0.05, 'drive.mean_speed': 0.0,
+        'contact.points': 'tip'},
      'bristle 0 was 3.19 mm below'),
     ('tip deep in the road', 'cutting_brush', 0.6, {**SIX, 'contact.normal_stiffness': 10.0},
      '5.96 mm deep'),
