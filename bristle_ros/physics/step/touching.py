@@ -1,9 +1,9 @@
 """
 What contact along the wire adds to a step; where the tip alone touches it compiles to nothing.
 
-That takes conditions of their own on what may be None: the compiler leaves out no part of one.
+The compiler leaves out what asks an argument for None, in a condition of its own.
 """
-from bristle_ros.physics.compiler import inlined, jit
+from bristle_ros.physics.compiler import jit
 from bristle_ros.physics.contact import (ALIVE, begin_points, carry_points, correct_contact,
                                          correct_together, fill_columns, find_points,
                                          finish_points, FORCE, gather, IMPULSE, keep_points,
@@ -14,7 +14,7 @@ from bristle_ros.physics.wire import (add_change, eliminate, error_of_changes, f
                                       LANES, MASS, substitute)
 
 
-@inlined
+@jit
 def begin_touch(wire, bristle, step, scratch):
     """Keep the points as they are, and let their last forces act in the prediction."""
     if wire is not None:
@@ -39,14 +39,14 @@ def _correct_points(bristle, law, surface, step, scratch, fresh):
     return correct_together(bristle, law, surface, step, frames, scratch)
 
 
-@inlined
+@jit
 def solve_chain(model, law, wire, bristle, scratch, step, fresh):
     """
     Turn the residual rows into increments, with the contact problem solved on the way.
 
     fresh : bool    the matrix has just been made. Returns whether the contact could be solved.
     """
-    if wire is not None:    # noqa: SIM102
+    if wire is not None:  # noqa: SIM102
         if bristle.tip[LIVING] > 0.0:
             return _correct_points(bristle, law, law.surface, step, scratch, fresh)
     eliminate(bristle.nodes, model.elements, bristle.mids, bristle.chain)
@@ -55,7 +55,7 @@ def solve_chain(model, law, wire, bristle, scratch, step, fresh):
     return solved
 
 
-@inlined
+@jit
 def points_born(model, law, wire, bristle, scratch):
     """Return how many points the end of a step that has converged needs beside those in use."""
     if wire is None:
@@ -64,10 +64,10 @@ def points_born(model, law, wire, bristle, scratch):
                        scratch.frames, scratch)
 
 
-@inlined
+@jit
 def give_up_points(wire, bristle, scratch, living):
     """Put the points back as they were before a step that failed; living: how many they were."""
-    if wire is not None:    # noqa: SIM102
+    if wire is not None:  # noqa: SIM102
         if living > 0.0 or bristle.tip[LIVING] > 0.0:
             restore_points(bristle.points, bristle.tip, scratch.room.kept, living)
 
@@ -102,7 +102,7 @@ def _error(bristle, h, scheme, middle, kept, living, change):
     return error_of_changes(nodes, total, h, scheme)
 
 
-@inlined
+@jit
 def touch_error(model, wire, bristle, scratch, h, living, change):
     """
     Return the local error of a step in which points touch [m]; -1: only the tip may have.
@@ -116,7 +116,7 @@ def touch_error(model, wire, bristle, scratch, h, living, change):
     return _error(bristle, h, model.scheme, scratch.frames[1], scratch.room.kept, living, change)
 
 
-@inlined
+@jit
 def end_touch(wire, bristle, law, h, taken, scratch):
     """
     Finish the points as the tip is finished, add their impulses, carry them on; return the loss.
