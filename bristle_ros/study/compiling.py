@@ -5,9 +5,11 @@ import math
 import os
 from pathlib import Path
 import tempfile
+import time
 
 from bristle_ros.scene import to_parameters
 
+PATIENCE = 300.0        # [s] for the one that compiles, which may have been stopped
 _compiled = set()       # kinds of scenes that this process has built
 
 
@@ -28,6 +30,19 @@ def one_compiles(scene):
 def _alone(kind):
     path = Path(tempfile.gettempdir()) / f'bristle_ros-compiling-{os.getuid()}'
     with open(path, 'a') as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        _take(lock)
         yield
     _compiled.add(kind)
+
+
+def _take(lock):
+    """Wait for the lock, but not for ever: to compile twice does no harm."""
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        except BlockingIOError:
+            if time.monotonic() > end:
+                return
+            time.sleep(0.1)

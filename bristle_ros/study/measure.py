@@ -13,9 +13,10 @@ import numpy as np
 MEANS = {
     'normal_force_mean': 'N', 'side_force_mean_x': 'N', 'side_force_mean_y': 'N',
     'friction_force_mean': 'N', 'drive_torque_mean': 'N m', 'drive_power': 'W',
-    'contact_share': '1', 'tip_slip_speed_mean': 'm/s', 'impacts_per_turn': '1',
-    'friction_work_per_metre': 'J/m', 'tip_radius_mean': 'm', 'mount_force_mean_x': 'N',
-    'mount_force_mean_y': 'N', 'mount_force_mean_z': 'N', 'normal_force_rms': 'N'}
+    'contact_share': '1', 'contact_length_mean': 'm', 'tip_slip_speed_mean': 'm/s',
+    'impacts_per_turn': '1', 'friction_work_per_metre': 'J/m', 'tip_radius_mean': 'm',
+    'mount_force_mean_x': 'N', 'mount_force_mean_y': 'N', 'mount_force_mean_z': 'N',
+    'normal_force_rms': 'N'}
 EXTREMES = {'normal_force_max': 'N', 'clamp_stress_max': 'Pa', 'clamp_stress_range': 'Pa',
             'clamp_life_hours': 'h', 'tip_radius_range': 'm'}
 MEASURES = {**MEANS, **EXTREMES}
@@ -92,13 +93,15 @@ def _series(part, scene):
     power = -part.brush_torque[:, 2] * part.omega
     mount = 0.5 * (part.brush_force[1:] + part.brush_force[:-1])
     friction = -wires * np.einsum('nbi,nbi->n', force[..., :2], velocity)   # [W]
+    length = 0.5 * (part.contact_length[1:] + part.contact_length[:-1])
     speed = math.hypot(*scene.sweeper.velocity)
     radius = np.hypot(part.tip_position[1:, :, 0], part.tip_position[1:, :, 1])
     return {
         'normal_force_mean': normal, 'square': normal * normal, 'side_force_mean_x': side[:, 0],
         'side_force_mean_y': side[:, 1], 'friction_force_mean': across.mean(axis=1),
         'drive_torque_mean': torque, 'drive_power': 0.5 * (power[1:] + power[:-1]),
-        'contact_share': touching.mean(axis=1), 'slipped': (slip * touching).mean(axis=1),
+        'contact_share': touching.mean(axis=1), 'contact_length_mean': length.mean(axis=1),
+        'slipped': (slip * touching).mean(axis=1),
         'touching': touching.mean(axis=1), 'tip_radius_mean': radius.mean(axis=1),
         'friction_work_per_metre': friction / speed if speed else np.full(len(friction), math.nan),
         **{f'mount_force_mean_{axis}': mount[:, i] for i, axis in enumerate('xyz')}}

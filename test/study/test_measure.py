@@ -30,7 +30,8 @@ def history(seconds, force, radius=0.2):
     torque = np.zeros((len(t), 3))
     torque[:, 2] = -0.7
     return History(t, SPEED * t, np.full(len(t), SPEED), wires, tip, contact, impulse, wires,
-                   wires, np.zeros((len(t), 3)), torque, np.full(len(t), 1e-6))
+                   wires, np.zeros((len(t), 3)), torque, np.full(len(t), 1e-6),
+                   np.where(force(t)[:, None] > 0.0, (0.01, 0.03), 0.0))
 
 
 def test_a_constant_force_is_its_own_mean():
@@ -48,6 +49,7 @@ def test_a_constant_force_is_its_own_mean():
     assert row['friction_work_per_metre'] == pytest.approx(2 * WIRES * 0.6, rel=1e-12)
     assert (row['contact_share'], row['impacts_per_turn'], row['settled']) == (1.0, 0.0, 'yes')
     assert row['tip_radius_mean'] == pytest.approx(0.2)
+    assert row['contact_length_mean'] == pytest.approx(0.02, rel=1e-12)
 
 
 def test_only_whole_turns_count():
@@ -63,6 +65,7 @@ def test_touches_after_half_a_millisecond_in_the_air_are_impacts():
     row = measure(history(6.0, force), SCENE, 0.0)
     assert row['impacts_per_turn'] == pytest.approx(4.0, abs=0.2)
     assert row['contact_share'] == pytest.approx(0.75, abs=0.01)
+    assert row['contact_length_mean'] == pytest.approx(0.75 * 0.02, abs=2e-4)
 
 
 def test_intervals_are_those_of_turn_means():
