@@ -55,9 +55,14 @@ def _of_best(study, rows):
         return ['No run meets the constraints.']
     wanted = 'largest' if study.maximise else 'smallest'
     if len(study.objectives) == 2:
+        rows = sorted(rows, key=lambda row: study.objectives[0].value(numbers_of(study, row)))
+        ends = ', '.join(
+            f'row {row["run"]} with ' + ' and '.join(
+                f'{each.value(numbers_of(study, row)):.4g}' for each in study.objectives)
+            for row in (rows[0], rows[-1]))
         return [f'{len(rows)} designs cannot be bettered in both '
                 f'{study.objectives[0].text} and {study.objectives[1].text}: rows '
-                + ', '.join(str(row['run']) for row in rows[:20])]
+                + ', '.join(str(row['run']) for row in rows[:20]) + f'; at the ends {ends}.']
     [objective] = study.objectives
     row = rows[0]
     interval = row.get(f'{objective.text}_ci95')
@@ -76,11 +81,18 @@ def _short(value):
 def _of_indices(indices):
     lines = []
     for name in MAIN:
-        if name in indices:
-            first, *others = sorted(indices[name], key=lambda each: -each['ST'])
-            more = f', then {others[0]["key"]} {others[0]["ST"]:.2f}' if others else ''
-            lines.append(f'{name} follows {first["key"]} most: total share of its variance '
-                         f'{first["ST"]:.2f} ± {first["ST_ci95"]:.2f}{more}.')
+        if name not in indices:
+            continue
+        first, *others = sorted(indices[name], key=lambda each: -each['ST'])
+        if not first['ST_ci95'] < first['ST']:
+            lines.append(f'{name}: too few samples to tell what it follows (the largest total '
+                         f'share of its variance is {first["ST"]:.2f} ± {first["ST_ci95"]:.2f}).')
+            continue
+        apart = first['ST'] - first['ST_ci95'] > max((each['ST'] for each in others), default=0.0)
+        keys = first['key'] if apart or not others else f'{first["key"]} or {others[0]["key"]}'
+        shares = ', '.join(f'{each["key"]} {each["ST"]:.2f} ± {each["ST_ci95"]:.2f}'
+                           for each in (first, *others[:1]))
+        lines.append(f'{name} follows {keys} most; total shares of its variance: {shares}.')
     return lines
 
 

@@ -174,12 +174,21 @@ def _compare(there, here, folder, design):
 
 
 def table(folder, columns=None, name=RUNS):
-    """Return a table of a study, in the order of its rows, as a pyarrow Table."""
+    """
+    Return a table of a study, in the order of its rows, as a pyarrow Table.
+
+    Measures that the study's version had not are null.
+    """
     files = [str(path) for _, _, path in parts(folder, name)]
     if not files:
         raise SceneError('has no finished runs yet', source=str(folder))
-    return pyarrow.concat_tables(
-        [parquet.read_table(file, columns=columns) for file in files]).sort_by('run')
+    there = parquet.read_schema(files[0]).names
+    read = [column for column in columns if column in there] if columns else None
+    found = pyarrow.concat_tables([parquet.read_table(file, columns=read) for file in files])
+    for column in columns or MEASURES:
+        if column not in found.column_names:
+            found = found.append_column(column, pyarrow.nulls(len(found), pyarrow.float64()))
+    return found.sort_by('run')
 
 
 def write_csv(table, file):

@@ -7,6 +7,7 @@ from bristle_ros.study.batch import run_batch
 from bristle_ros.study import store
 from bristle_ros.study.measure import MEASURES
 from bristle_ros.study.page import write_page
+from pyarrow import parquet
 import pytest
 
 BROWSER = next(filter(None, map(shutil.which, ('chromium', 'chromium-browser', 'google-chrome'))),
@@ -38,6 +39,12 @@ def test_the_answer_comes_first(page):
     assert not re.search(r'(src|href)="(https?:)?//', body)
 
 
+def test_a_study_of_before_a_measure_was_there_is_still_drawn(page):
+    for path in (page.parent / 'runs.parquet').glob('part-*'):
+        parquet.write_table(parquet.read_table(path).drop_columns(['contact_share']), path)
+    assert 'The smallest drive_power is 1.01' in write_page(page.parent).read_text('utf-8')
+
+
 if BROWSER:
     @pytest.mark.parametrize('width', [1280, 500])
     def test_a_browser_draws_it(page, tmp_path, width):
@@ -61,3 +68,17 @@ def test_a_page_of_plots_says_the_words_first_and_needs_no_network():
     assert body.index('a &lt; b') < body.index('<h2>first</h2>') < body.index('<h2>second</h2>')
     assert body.count('Plotly.newPlot(') == 2
     assert not re.search(r'(src|href)="(https?:)?//', body)
+
+
+def test_what_a_measure_follows_is_said_only_as_far_as_intervals_tell():
+    from bristle_ros.study.answer import _of_indices
+
+    def index(*shares):
+        return [{'key': key, 'ST': share, 'ST_ci95': width}
+                for key, (share, width) in zip(('a', 'b'), shares)]
+    lines = _of_indices({'normal_force_mean': index((0.8, 0.1), (0.2, 0.1)),
+                         'drive_torque_mean': index((0.36, 0.22), (0.40, 0.20)),
+                         'drive_power': index((0.1, 0.2), (10.0, 23.0))})
+    assert 'follows a most; total shares of its variance: a 0.80 ± 0.10, b 0.20' in lines[0]
+    assert 'follows b or a most' in lines[1]
+    assert 'too few samples' in lines[2]
