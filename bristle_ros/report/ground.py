@@ -32,6 +32,22 @@ class Ground:
         self._waves = waves(scene.profile) if scene.profile.kind == 'iso8608' else None
         self._spline = _natural(scene.profile.file) if scene.profile.kind == 'file' else None
 
+    def bend(self):
+        """Return the largest curvature of the surface, about [1/m]."""
+        gutter, profile = self.scene.gutter, self.scene.profile
+        found = 0.0
+        if gutter.enabled:
+            found = 1.0 / min(gutter.lip_radius, gutter.foot_radius, gutter.edge_radius)
+        if profile.kind == 'sine':
+            found += profile.amplitude * (2.0 * math.pi / profile.wavelength) ** 2
+        elif profile.kind == 'iso8608':
+            amplitude, number, _ = self._waves
+            each = (2.0 * math.pi * number) ** 2 * amplitude
+            found += 4.0 * math.sqrt(0.5 * float(each @ each))
+        elif profile.kind == 'file':
+            found += float(np.abs(self._spline[2]).max())
+        return found
+
     def profile(self, x):
         """Return height [m] and slope of the profile at each x [m]."""
         profile = self.scene.profile

@@ -52,13 +52,19 @@ def watched(changes=None):
     return watch, now
 
 
+def with_forces(snapshot, factor):
+    """Return outputs whose forces are multiplied."""
+    return snapshot._replace(contact_force=snapshot.contact_force * factor,
+                             tip_force=snapshot.tip_force * factor)
+
+
 @pytest.mark.parametrize(('spoil', 'word'), [
     (lambda s: s._replace(tip_position=np.full((1, 3), np.nan)), 'not finite'),
     (lambda s: s._replace(energy_kinetic=s.energy_kinetic + s.energy_elastic + 1.0),
      'energy from nowhere'),
-    (lambda s: s._replace(contact_force=s.contact_force * (10.0, 10.0, 1.0)), 'outside its cone'),
-    (lambda s: s._replace(contact_force=-s.contact_force), 'the road pulls'),
-    (lambda s: s._replace(contact_force=s.contact_force * 1.1), 'the penetration explains'),
+    (lambda s: with_forces(s, (10.0, 10.0, 1.0)), 'outside its cone'),
+    (lambda s: with_forces(s, -1.0), 'the road pulls'),
+    (lambda s: with_forces(s, 1.1), 'the penetration explains'),
     (lambda s: s._replace(tip_position=s.tip_position * 1.2), 'lengths from its clamp')])
 def test_a_spoilt_output_is_seen(spoil, word):
     watch, snapshot = watched()

@@ -77,11 +77,17 @@ def on_kerb(changes=None):
     raise AssertionError('the wire has not come to the kerb')
 
 
+def with_forces(snapshot, change):
+    """Return outputs whose forces are changed."""
+    return snapshot._replace(contact_force=change(snapshot.contact_force),
+                             tip_force=change(snapshot.tip_force))
+
+
 @pytest.mark.parametrize(('spoil', 'word'), [
-    (lambda s: s._replace(contact_force=s.contact_force * (1.0, 1.0, -1.0)), ''),
-    (lambda s: s._replace(contact_force=-s.contact_force), 'the road pulls'),
-    (lambda s: s._replace(contact_force=s.contact_force * 1.1), 'the penetration explains'),
-    (lambda s: s._replace(contact_force=s.contact_force + (3.0, 0.0, 0.0)), 'outside its cone'),
+    (lambda s: with_forces(s, lambda f: f * (1.0, -1.0, 1.0)), 'the road pulls'),
+    (lambda s: with_forces(s, lambda f: -f), 'the road pulls'),
+    (lambda s: with_forces(s, lambda f: f * 1.1), 'the penetration explains'),
+    (lambda s: with_forces(s, lambda f: f + (3.0, 0.0, 0.0)), 'outside its cone'),
     (lambda s: s._replace(tip_position_road=s.tip_position_road + (0.0, 1e-4, 0.0)),
      'the penetration explains')])
 def test_a_spoilt_output_on_a_kerb_is_seen(spoil, word):
@@ -89,8 +95,15 @@ def test_a_spoilt_output_on_a_kerb_is_seen(spoil, word):
     watch.look(snapshot, stepped=True)
     assert watch.wrong == []
     watch.look(spoil(snapshot), stepped=True)
-    assert watch.wrong
     assert word in ' '.join(watch.wrong)
+
+
+def test_a_wire_inside_is_seen():
+    watch, _, snapshot = on_kerb()
+    # a road that is a centimetre higher than the one that the wire has met
+    watch._contact._depth -= 0.01
+    watch.look(snapshot, stepped=True)
+    assert 'wire 0 is 0.00' in ' '.join(watch.wrong)
 
 
 def test_work_from_nowhere_is_seen():
@@ -99,7 +112,7 @@ def test_work_from_nowhere_is_seen():
     assert watch.wrong == []
     moved = snapshot.tip_position_road - before.tip_position_road
     ahead = 1e-3 * np.linalg.norm(snapshot.contact_force) * moved / np.linalg.norm(moved)
-    watch.look(snapshot._replace(contact_force=snapshot.contact_force + ahead), stepped=True)
+    watch.look(with_forces(snapshot, lambda force: force + ahead), stepped=True)
     assert 'from nowhere' in ' '.join(watch.wrong)
 
 

@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 
 
-def test_a_scene_of_the_road_is_measured_and_shown(tmp_path, alone):
+def test_a_scene_of_the_road_is_measured_and_shown(tmp_path, alone, monkeypatch):
+    monkeypatch.setattr(assumption, 'measure', lambda context: {})     # minutes, in one process
     context = Context(True, 0, 0, 1.0, alone, alone, Progress({}, io.StringIO()))
     subject = subject_of('lying')._replace(duration=0.03)
     data = measure.measure(context, (subject,))
@@ -101,3 +102,14 @@ def test_what_the_tip_alone_costs_is_told_from_both_ways():
     assumption.show(page, data)
     assert '-50 % at 160, penetration' in page.content()
     assert '1 of 2 differ' in page.content()
+
+
+@pytest.mark.parametrize(('depth', 'normal', 'torque'), [(0.12, 0.0, 0.0), (0.14, -15.0, -9.0),
+                                                         (0.16, -49.0, -34.0)])
+def test_the_tip_alone_is_off_by_what_an_independent_model_says(depth, normal, torque):
+    """A quadratic beam on penalty springs at 256 points an element, steps of 1 to 5 us."""
+    ways = {way: assumption.mean_forces({'road.penetration': depth}, way)
+            for way in assumption.WAYS}
+    [row] = assumption.differences({'penetration': [{'value': 1e3 * depth, **ways}]})
+    assert row['normal_off'] == pytest.approx(normal, abs=1.0)
+    assert row['torque_off'] == pytest.approx(torque, abs=1.0)

@@ -3,7 +3,7 @@ import math
 
 from bristle_ros.report.figure import legend, new_panel, plot, svg
 from bristle_ros.report.workers import Failed, Job
-from bristle_ros.scene import from_parameters, keys as scene_keys
+from bristle_ros.scene import from_parameters
 import numpy as np
 
 from .subjects import BASE
@@ -62,15 +62,8 @@ def mean_forces(keys, ways):
             'torque': float(np.mean(torques))}
 
 
-def is_here():
-    """Whether this version lets anything but the tip touch."""
-    return any(key.name == POINTS for key in scene_keys())
-
-
 def measure(context):
-    """Return {sweep: rows of a value and the forces both ways}; {} where there is no choice."""
-    if not is_here():
-        return {}
+    """Return {sweep: rows of a value and the forces both ways}."""
     wanted = [(sweep, value, keys, way) for sweep, (_, values) in SWEEPS.items()
               for value, keys in (values[::2] if context.quick else values) for way in WAYS]
     found = context.crew.run([Job(mean_forces, (keys, way), f'{sweep} {value:g}, {way}')
@@ -109,7 +102,7 @@ def _panel(sweep, rows, key):
 
 
 def show(page, data):
-    """Put it on the page; nothing where there is no choice."""
+    """Put it on the page, where it was measured."""
     if not data:
         return
     page.heading('What contact at the tip alone costs', 3)

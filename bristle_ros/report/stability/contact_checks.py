@@ -33,9 +33,10 @@ class ContactWatch:
         self._commanded = False
         # ramped loads: the frame's places at step ends are not those of the outputs
         self._exact = scene.solver.time_step == 0.0
-        self._along = getattr(scene.contact, 'points', 'tip') == 'wire'
+        self._along = scene.contact.points == 'wire'
         self._before = None
         self._cone = self._law = self._made = 0.0
+        self._bend = self.ground.bend()
         self._entered = self._wire = 0.0
         self._looks = self._points = 0
 
@@ -77,7 +78,7 @@ class ContactWatch:
             self._enter(snapshot, gaps)
         if self.ground.uneven or self._along:
             self._outside(snapshot, self._line(snapshot, place), before)
-        forces = getattr(snapshot, 'tip_force', snapshot.contact_force)
+        forces = snapshot.tip_force
         if not self.ground.uneven:      # there all points of a wire share one cone
             for part in (forces, snapshot.contact_force)[:1 + self._along]:
                 self._friction(snapshot, part, np.broadcast_to((0.0, 0.0, 1.0), part.shape),
@@ -171,7 +172,7 @@ class ContactWatch:
             if clamp > ROUNDED:
                 self.wrong.append(f'a step begins with a clamp {clamp:.3g} m below the surface, '
                                   f'at t = {before[0].t:.6g} s')
-        if not self._along:
+        if not self._along or before is None:
             return
         gaps, _ = self.ground.gap(points_between(line))
         self._points += gaps.size
@@ -189,22 +190,36 @@ class ContactWatch:
         Return how deep a wire may be [m]: what the mean force of the step takes, and its way.
 
         Half of a spring's force at the step's end is in its mean; what came in during the step is
-        no deeper than it has moved. No spring can hold more than the energy there is.
+        no deeper than it has moved. No spring can hold more than the energy there is. Where a wire
+        goes over a bend of the surface it is deepest at another place than where it touched when
+        the step began: of second order in the way, and gone with the next step.
         """
         contact = self._scene.contact
-        if math.isinf(contact.normal_stiffness):
-            return WIRE_RIGID
-        most = math.sqrt(2.0 * max(0.0, snapshot.energy_elastic) / contact.normal_stiffness)
-        if before is None or contact.damping:
-            return most + WIRE_RIGID
         way = float(np.linalg.norm(line[number] - before[2][number], axis=1).max())
-        force = float(np.linalg.norm(snapshot.contact_force[number]))
-        return min(most, 2.0 * force / contact.normal_stiffness + way) + WIRE_RIGID
+        beside = min(way, 0.5 * self._bend * way * way) + WIRE_RIGID
+        if math.isinf(contact.normal_stiffness):
+            return beside
+        most = math.sqrt(2.0 * max(0.0, snapshot.energy_elastic) / contact.normal_stiffness)
+        if not contact.damping:
+            force = float(np.linalg.norm(snapshot.contact_force[number]))
+            most = min(most, 2.0 * force / contact.normal_stiffness + way)
+        return most + beside
 
     def _ramped(self, snapshot):
-        """Return how far from the outputs' the ramped frame may be [m]: its chord's height."""
-        turn = abs(snapshot.omega) * self._scene.solver.time_step
-        return 0.25 * (widest(self._scene) + longest(self._scene)) * turn * turn
+        """
+        Return how far clamps and road may be from where the outputs have them [m].
+
+        Both go straight from load step to load step: the heights of chords.
+        """
+        scene = self._scene
+        long, approach = scene.solver.time_step, scene.road.approach_time
+        turn = abs(snapshot.omega) * long
+        away = 0.25 * (widest(scene) + longest(scene)) * turn * turn
+        if approach > 0.0 and snapshot.t < approach + long:
+            share = min(1.0, long / approach)
+            away += 0.75 * share * share * (
+                abs(scene.road.penetration) + abs(scene.gutter.approach))
+        return away
 
     def measures(self):
         """Return the worst values seen, by name."""

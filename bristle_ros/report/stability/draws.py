@@ -2,7 +2,7 @@
 import math
 import random
 
-from bristle_ros.scene import from_parameters, keys as scene_keys, SceneError
+from bristle_ros.scene import from_parameters, SceneError
 
 from .cases import applies, AXES, BASES, make_case, spell_changes, spell_value
 from .surfaces import put_on_surface, SHARE, starts_inside
@@ -23,11 +23,10 @@ def drawn(seed, count, duration=0.5, limit=20.0):
     would last longer than its limit [s] is shorter: on most machines no case is cut off.
     """
     draw = random.Random(seed)
-    known = {key.name for key in scene_keys()}
     cases = []
     while len(cases) < count:
         base = 'free' if draw.random() < FREE else draw.choice([*BASES][:-1])
-        changes = _draw_changes(draw, base, known)
+        changes = _draw_changes(draw, base)
         case = make_case(f'drawn {seed}.{len(cases)}, {spell_changes(changes)}', base, changes,
                          duration)
         try:
@@ -43,7 +42,7 @@ def drawn(seed, count, duration=0.5, limit=20.0):
     return cases
 
 
-def _draw_changes(draw, base, known):
+def _draw_changes(draw, base):
     keys = [key for key in AXES if applies(base, key)]
     changes = {key: _draw_value(draw, AXES[key])
                for key in draw.sample(keys, draw.randint(2, 6))}
@@ -55,7 +54,7 @@ def _draw_changes(draw, base, known):
     if base != 'free':
         if 'brush.row_counts' in changes:   # one row or the other starts inside the road
             changes['road.approach_time'] = 0.05
-        changes.update(_draw_contact(draw, known))
+        changes.update(_draw_contact(draw))
     return changes
 
 
@@ -108,9 +107,9 @@ def _draw_rows(draw, length):
     return {**kept, 'brush.row_counts': tuple(draw.randint(1, 3) for _ in range(count))}
 
 
-def _draw_contact(draw, known):
+def _draw_contact(draw):
     """Return what touches: all of the wire, which is the default, or its tip."""
-    if 'contact.points' in known and draw.random() < 0.3:
+    if draw.random() < 0.3:
         return {'contact.points': draw.choice(('wire', 'tip'))}
     return {}
 
