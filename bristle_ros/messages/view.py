@@ -209,7 +209,7 @@ class Markers:
             if self._mesher is None:
                 place = np.array((*mount.position[:2], -0.5 * ROAD_THICKNESS))
             raw[self._road:self._road + 24] = _bytes(place)
-            forces = snapshot.contact_force @ mount.rotation
+            forces = snapshot.tip_force @ mount.rotation
             sizes = np.sqrt(np.einsum('ij,ij->i', forces, forces))
             scale = FORCE_SCALE * np.minimum(
                 1.0, self._longest / np.maximum(FORCE_SCALE * sizes, 1e-300))

@@ -69,7 +69,7 @@ def stress_of(snapshot):
 def trail_of(snapshot, mount, bristles):
     """Return the tips of these bristles on the road [m] (len, 3); NaN for those in the air."""
     points = mount.position + snapshot.tip_position_road[bristles]
-    points[~(np.abs(snapshot.contact_force[bristles]).sum(axis=1) > 0.0)] = np.nan
+    points[~(np.abs(snapshot.tip_force[bristles]).sum(axis=1) > 0.0)] = np.nan
     return points
 
 
@@ -77,7 +77,7 @@ def frame_of(snapshot, centreline, mount):
     """Return the Frame of a snapshot; mount: its Pose over the road."""
     return Frame(
         snapshot.t, snapshot.theta, centreline.astype(np.float32),
-        (snapshot.contact_force @ mount.rotation).astype(np.float32), mount.position,
+        (snapshot.tip_force @ mount.rotation).astype(np.float32), mount.position,
         mount.orientation, stress_of(snapshot).astype(np.float32), kerb=mount.kerb)
 
 
