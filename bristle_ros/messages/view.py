@@ -113,7 +113,7 @@ class Markers:
     - `road`, frame `road`: a plate under the brush, its upper face in the road plane; where the
       scene has a gutter or a profile, its surface as a TRIANGLE_LIST. That is made anew when the
       brush has gone on by an eighth of it; while the kerb approaches, its position moves
-    - `contact_force`: for each bristle the force of the road on its tip as an ARROW of
+    - `contact_force`: for each bristle the force of the road at its tip as an ARROW of
       FORCE_SCALE, frame `brush_mount`. Every message says for each whether it is there (ADD) or
       not (DELETE), so that none stays when a viewer misses a message.
     """

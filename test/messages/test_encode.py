@@ -55,7 +55,7 @@ def by_hand(topic, snapshot, stamp):
         frame, force, torque = {
             'contact_wrench':
                 ('brush_mount', snapshot.contact_force_mount, snapshot.contact_torque_mount),
-            'tip_wrench': ('road', snapshot.contact_force[0], (0.0, 0.0, 0.0)),
+            'tip_wrench': ('road', snapshot.tip_force[0], (0.0, 0.0, 0.0)),
             'mount_wrench': ('brush_mount', snapshot.brush_force, snapshot.brush_torque),
         }[topic.name]
         set_header(message, stamp, frame)

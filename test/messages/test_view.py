@@ -51,7 +51,7 @@ def test_marker_bytes_are_those_of_rosbags_and_rclpy(prefix, road, profile):
 def test_what_the_markers_show():
     snapshot = random_snapshot(3, 3)
     forces = np.array([[0.0, 0.0, 0.2], [0.0, 0.0, 0.0], [3.0, 0.0, 400.0]])
-    snapshot = snapshot._replace(contact_force=forces)
+    snapshot = snapshot._replace(tip_force=forces)
     line = np.random.default_rng(4).normal(size=(3, 5, 3))
     scene = scene_of()
     layout = messages_view.Markers(scene)
@@ -106,7 +106,7 @@ def test_markers_show_the_surface_where_the_tips_touch_it():
         kerbs.add(place.y)
         meshes.add(corners[0, 0])
         tips = pose.position + snapshot.tip_position_road
-        for tip in tips[np.abs(snapshot.contact_force).sum(axis=1) > 0.0]:
+        for tip in tips[np.abs(snapshot.tip_force).sum(axis=1) > 0.0]:
             touched += 1
             nearest = distance_to(corners.reshape(-1, 3, 3), tip)
             assert nearest < 5e-4, f'{step}: {tip}'     # chords between rows 50 mm apart
