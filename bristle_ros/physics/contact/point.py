@@ -15,9 +15,9 @@ of place makes energy.
 """
 from bristle_ros.physics.compiler import jit
 from bristle_ros.physics.motion import CLAMP
-from bristle_ros.physics.wire import ELEMENTS, HA, HV, LANES, MASS, X
+from bristle_ros.physics.wire import ELEMENTS, LANES, MASS, X
 
-from .tip import CONTACT, FORCE, section_axes
+from .tip import CONTACT, FORCE, push, section_axes
 
 # record of a point, after what it shares with the tip's (tip.py)
 XI = CONTACT        # 1  place on its element
@@ -98,17 +98,9 @@ def push_point(s, step, e, xi, f1, f2, f3, predict):
         j, lane = node_of(e, i)
         if j < 0 or n[i] == 0.0:
             continue
-        share = n[i] / s[j, MASS * LANES + lane]
-        by_a = 0.5 * step.ca * step.h * step.h * share
-        by_v = step.drift * share
-        s[j, HA * LANES + lane] += by_a * f1
-        s[j, (HA + 1) * LANES + lane] += by_a * f2
-        s[j, (HA + 2) * LANES + lane] += by_a * f3
-        s[j, HV * LANES + lane] += by_v * f1
-        s[j, (HV + 1) * LANES + lane] += by_v * f2
-        s[j, (HV + 2) * LANES + lane] += by_v * f3
+        push(s, j, lane, step, n[i] * f1, n[i] * f2, n[i] * f3)
         if predict:
-            by_x = 0.5 * step.h * step.h * share
+            by_x = 0.5 * step.h * step.h * n[i] / s[j, MASS * LANES + lane]
             s[j, X * LANES + lane] += by_x * f1
             s[j, (X + 1) * LANES + lane] += by_x * f2
             s[j, (X + 2) * LANES + lane] += by_x * f3

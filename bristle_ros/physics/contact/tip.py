@@ -47,7 +47,7 @@ def rotate_back(a, at, x, y, z):
 
 @jit
 def push(s, j, lane, step, f1, f2, f3):
-    """Add the change of the contact force (brush axes) to the tip's histories."""
+    """Add the change of the contact force (brush axes) to a node's histories."""
     inverse = 1.0 / s[j, MASS * LANES + lane]
     by_a = 0.5 * step.ca * step.h * step.h * inverse
     by_v = step.drift * inverse
