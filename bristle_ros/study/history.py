@@ -12,7 +12,7 @@ from .study_file import SAMPLE
 
 NAMES = ('t', 'theta', 'omega', 'tip_position_road', 'tip_position', 'contact_force',
          'contact_impulse', 'mount_force', 'mount_moment', 'brush_force', 'brush_torque',
-         'error_estimate', 'contact_length')
+         'error_estimate', 'contact_length', 'tip_force')
 # The samples of a run, the start included: SI units; arrays (n, B, 3), brush_* (n, 3),
 # contact_length (n, B), others (n,)
 History = namedtuple('History', NAMES)

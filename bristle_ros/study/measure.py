@@ -87,6 +87,8 @@ def _series(part, scene):
     slip = np.linalg.norm(velocity, axis=-1)
     touches = part.contact_force[..., 2] > 0.0
     touching = 0.5 * (touches[1:] + touches[:-1].astype(float))
+    tips = part.tip_force[..., 2] > 0.0
+    tips = 0.5 * (tips[1:] + tips[:-1].astype(float))
     normal = wires * force[..., 2].sum(axis=1)
     side = wires * force[..., :2].sum(axis=1)
     torque = -0.5 * (part.brush_torque[1:, 2] + part.brush_torque[:-1, 2])
@@ -94,6 +96,7 @@ def _series(part, scene):
     mount = 0.5 * (part.brush_force[1:] + part.brush_force[:-1])
     friction = -wires * np.einsum('nbi,nbi->n', force[..., :2], velocity)   # [W]
     length = 0.5 * (part.contact_length[1:] + part.contact_length[:-1])
+    friction[length.max(axis=1) > 0.0] = math.nan   # of the tips' slip: what lies slips elsewhere
     speed = math.hypot(*scene.sweeper.velocity)
     radius = np.hypot(part.tip_position[1:, :, 0], part.tip_position[1:, :, 1])
     return {
@@ -101,8 +104,8 @@ def _series(part, scene):
         'side_force_mean_y': side[:, 1], 'friction_force_mean': across.mean(axis=1),
         'drive_torque_mean': torque, 'drive_power': 0.5 * (power[1:] + power[:-1]),
         'contact_share': touching.mean(axis=1), 'contact_length_mean': length.mean(axis=1),
-        'slipped': (slip * touching).mean(axis=1),
-        'touching': touching.mean(axis=1), 'tip_radius_mean': radius.mean(axis=1),
+        'slipped': (slip * tips).mean(axis=1), 'touching': tips.mean(axis=1),
+        'tip_radius_mean': radius.mean(axis=1),
         'friction_work_per_metre': friction / speed if speed else np.full(len(friction), math.nan),
         **{f'mount_force_mean_{axis}': mount[:, i] for i, axis in enumerate('xyz')}}
 
