@@ -14,8 +14,12 @@ SCENE = from_parameters({'brush.bristle_count': 2, 'brush.wires_per_bristle': WI
                          'sweeper.velocity': [0.5, 0.0], 'drive.mean_speed': SPEED}, '')
 
 
-def history(seconds, force, radius=0.2):
-    """Two wires on a circle; `force`(t) is a normal force on each, with friction 0.3 against x."""
+def history(seconds, force, radius=0.2, lying=(0.0, 0.0)):
+    """
+    Two wires on a circle; `force`(t) is a normal force on each, with friction 0.3 against x.
+
+    lying [m] : what of each touches beside its tip while there is a force
+    """
     t = np.arange(round(seconds / STEP) + 1) * STEP
     wires = np.zeros((len(t), 2, 3))
     contact = wires.copy()
@@ -31,7 +35,7 @@ def history(seconds, force, radius=0.2):
     torque[:, 2] = -0.7
     return History(t, SPEED * t, np.full(len(t), SPEED), wires, tip, contact, impulse, wires,
                    wires, np.zeros((len(t), 3)), torque, np.full(len(t), 1e-6),
-                   np.where(force(t)[:, None] > 0.0, (0.01, 0.03), 0.0))
+                   np.where(force(t)[:, None] > 0.0, lying, 0.0), contact)
 
 
 def test_a_constant_force_is_its_own_mean():
@@ -49,7 +53,15 @@ def test_a_constant_force_is_its_own_mean():
     assert row['friction_work_per_metre'] == pytest.approx(2 * WIRES * 0.6, rel=1e-12)
     assert (row['contact_share'], row['impacts_per_turn'], row['settled']) == (1.0, 0.0, 'yes')
     assert row['tip_radius_mean'] == pytest.approx(0.2)
+    assert row['contact_length_mean'] == 0.0
+
+
+def test_friction_work_of_a_wire_that_lies_is_not_told():
+    """Its tip's slip is not that of the rest of it."""
+    row = measure(history(6.5, lambda t: np.full(len(t), 2.0), lying=(0.01, 0.03)), SCENE, 0.25)
     assert row['contact_length_mean'] == pytest.approx(0.02, rel=1e-12)
+    assert math.isnan(row['friction_work_per_metre'])
+    assert row['normal_force_mean'] == pytest.approx(2 * WIRES * 2.0, rel=1e-12)
 
 
 def test_only_whole_turns_count():
@@ -62,7 +74,7 @@ def test_only_whole_turns_count():
 def test_touches_after_half_a_millisecond_in_the_air_are_impacts():
     def force(t):       # four hops a turn
         return np.where((4.0 * t) % 1.0 < 0.25, 0.0, 1.0)
-    row = measure(history(6.0, force), SCENE, 0.0)
+    row = measure(history(6.0, force, lying=(0.01, 0.03)), SCENE, 0.0)
     assert row['impacts_per_turn'] == pytest.approx(4.0, abs=0.2)
     assert row['contact_share'] == pytest.approx(0.75, abs=0.01)
     assert row['contact_length_mean'] == pytest.approx(0.75 * 0.02, abs=2e-4)
