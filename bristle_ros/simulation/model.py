@@ -207,7 +207,7 @@ def new_room(model: Model) -> Room:
         _aligned(most, 3, model.blocks, COLUMN), _aligned(model.blocks, BLOCK),
         np.zeros((most, CONTACT)), np.zeros((2 * elements + 1, 3)),
         np.zeros((2 * elements + 1, 3)), np.zeros(elements, np.int64),
-        np.zeros(model.blocks * LANES), np.zeros((elements, POINT)))
+        np.zeros((elements, POINT)))
 
 
 def new_scratch(model: Model, wire: bool = False) -> Scratch:

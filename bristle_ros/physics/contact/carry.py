@@ -25,7 +25,7 @@ from bristle_ros.physics.wire import X, X0
 
 from .law import OPEN, spring_energy
 from .point import ALIVE, LOWEST, MOST, OFFSET, POINT, XI
-from .search import (descend, fill_line, gap_along, is_clear_of_plane, lowest_on, mark_near)
+from .search import descend, fill_line, gap_along, lowest_on, mark_near
 from .tip import BEFORE, GAP, LIVING, STATE, TANK
 
 # Points that share most of a node's mass answer almost as one, and sweeps over them hardly go on:
@@ -83,21 +83,19 @@ def find_points(bristle, law, surface, wire, element_length, frames, scratch):
     """
     Let points be born where the present positions, a step's end, are below the road.
 
+    On the plane it is for those that `is_clear_of_plane` does not leave out.
+
     Returns how many, or TOO_MANY. scratch : Scratch
     """
     s, points, tip, room = bristle.nodes, bristle.points, bristle.tip, scratch.room
     elements = points.shape[0]
     start, end, sums = frames[0], frames[2], scratch.contact[8]
     line = room.line
+    fill_line(s, X, elements, end, line)
     if surface is None:
-        if is_clear_of_plane(s, elements, element_length, end, room):
-            return NONE_BORN
-        fill_line(s, X, elements, end, line)
         room.near[:elements] = 1
-    else:
-        fill_line(s, X, elements, end, line)
-        if not mark_near(surface, elements, element_length, room, sums):
-            return NONE_BORN
+    elif not mark_near(surface, elements, element_length, room, sums):
+        return NONE_BORN
     born = 0
     for e in range(elements):
         if room.near[e] == 0 or points[e, ALIVE] > 0.0:
@@ -110,6 +108,8 @@ def find_points(bristle, law, surface, wire, element_length, frames, scratch):
         if tip[LIVING] + 2.0 > MOST:
             return TOO_MANY
         if born == 0:
+            if tip[LIVING] == 0.0:
+                room.count[0] = 0
             fill_line(s, X0, elements, start, room.begun)
         _new_point(points[e], xi, gap_along(surface, room.begun, e, xi, sums)[0])
         tip[LIVING] += 1.0

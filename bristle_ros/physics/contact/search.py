@@ -7,7 +7,7 @@ rows 2 e to 2 e + 2.
 """
 from bristle_ros.physics.compiler import jit, load8, store8
 from bristle_ros.physics.motion import CLAMP, HEIGHT, ROTATION
-from bristle_ros.physics.wire import ELEMENTS, LANES, X
+from bristle_ros.physics.wire import ELEMENTS, LANES, NODE_FORCE, X
 
 from .curved import place_of
 from .surface import gap_at
@@ -112,9 +112,11 @@ def _rises_from_tip(surface, line, elements, sums):
 
 
 @jit
-def is_clear_of_plane(s, elements, element_length, frame, room):
+def is_clear_of_plane(s, elements, element_length, frame):
     """
     Return whether nothing but the tip can be at the nominal plane, by the heights of the nodes.
+
+    These are put into NODE_FORCE, which is free between evaluations of forces.
 
     Nodes are half an element apart along the wire, so no place is further than a quarter from one:
     where they are higher than that, so is what lies between. Next to the tip, which touches, the
@@ -122,24 +124,23 @@ def is_clear_of_plane(s, elements, element_length, frame, room):
     """
     n1, n2, n3 = frame[ROTATION + 6], frame[ROTATION + 7], frame[ROTATION + 8]
     reach = 0.26 * element_length - frame[HEIGHT]
-    heights = room.heights
     near = 0
     for j in range(s.shape[0]):
         r = s[j]
-        store8(heights, j * LANES, n1 * load8(r, X * LANES) + n2 * load8(r, (X + 1) * LANES)
+        store8(r, NODE_FORCE * LANES, n1 * load8(r, X * LANES) + n2 * load8(r, (X + 1) * LANES)
                + n3 * load8(r, (X + 2) * LANES))
-    for i in range(s.shape[0] * LANES):
-        near += heights[i] < reach
+        for i in range(LANES):
+            near += r[NODE_FORCE * LANES + i] < reach
     last = elements - 1
-    at = (last // ELEMENTS) * LANES + last % ELEMENTS
-    tip = heights[at + ELEMENTS]
+    j, lane = last // ELEMENTS, NODE_FORCE * LANES + last % ELEMENTS
+    tip = s[j, lane + ELEMENTS]
     near -= tip < reach
     if near > 0:
         return False
     if tip >= reach or elements == 1:
         return True
-    before = ((last - 1) // ELEMENTS) * LANES + ELEMENTS + (last - 1) % ELEMENTS
-    return 0.5 * heights[before] - 2.0 * heights[at] + 1.5 * tip < 0.0
+    k, before = (last - 1) // ELEMENTS, NODE_FORCE * LANES + ELEMENTS + (last - 1) % ELEMENTS
+    return 0.5 * s[k, before] - 2.0 * s[j, lane] + 1.5 * tip < 0.0
 
 
 @jit

@@ -8,8 +8,8 @@ from math import sqrt
 from typing import NamedTuple
 
 from bristle_ros.physics.compiler import inlined, jit
-from bristle_ros.physics.contact import (begin_contact, CONTRACTION, ESTIMATE, EXTRA,
-                                         finish_on_surface, FORCE, GAP, IMPULSE, LIVING,
+from bristle_ros.physics.contact import (begin_contact, CONTRACTION, correct_contact, ESTIMATE,
+                                         EXTRA, finish_on_surface, FORCE, GAP, IMPULSE, LIVING,
                                          MATRIX_STEP, NONE_BORN, rotate_back, STATE, STEP,
                                          TOO_MANY, TREND, USUAL)
 from bristle_ros.physics.motion import CLAMP, ROTATION
@@ -22,8 +22,8 @@ from bristle_ros.physics.wire import (accept_damping, accept_section_forces, acc
 from .energy import account_step, DISSIPATED
 from .scheme import newton_tolerance, step_coefficients
 from .stress import note_stress
-from .touching import (begin_touch, end_touch, give_up_points, points_born, solve_chain,
-                       touch_error)
+from .touching import (begin_touch, correct_points, end_touch, give_up_points, may_touch,
+                       points_born, touch_error, touches)
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.4              # contraction above which the matrix is factorised anew at once
@@ -141,7 +141,8 @@ def predict(model, law, viscosity, bristle, scratch, step):
     if law is not None:
         block, lane = tip_lane(model.elements)
         begin_contact(nodes, block, lane, step, scratch.frames[1], tip)
-        begin_touch(law.wire, bristle, step, scratch)
+        if touches(law.wire, tip):
+            begin_touch(law.wire, bristle, step, scratch)
 
 
 @inlined
@@ -163,20 +164,28 @@ def find_correction(model, law, bristle, scratch, step, fresh):
     nodes, mids, chain = bristle.nodes, bristle.mids, bristle.chain
     solved = True
     add_excess(nodes, mids)
-    if law is None:
+    if law is not None:
+        if touches(law.wire, bristle.tip):
+            return correct_points(law.wire, bristle, law, law.surface, step, scratch, fresh)
         eliminate(nodes, model.elements, mids, chain)
-        substitute(nodes, model.elements, mids, chain)
+        solved = correct_contact(bristle, law, law.surface, step, scratch.frames,
+                                 scratch.contact)
     else:
-        solved = solve_chain(model, law, law.wire, bristle, scratch, step, fresh)
+        eliminate(nodes, model.elements, mids, chain)
+    substitute(nodes, model.elements, mids, chain)
     return solved
 
 
 @inlined
 def points_missed(model, law, bristle, scratch):
     """Return how many points a step that has converged needs beside those in use."""
-    if law is None:
-        return NONE_BORN
-    return points_born(model, law, law.wire, bristle, scratch)
+    born = NONE_BORN
+    if law is not None:
+        section, end = model.section, scratch.frames[2]
+        if may_touch(law.surface, law.wire, bristle.nodes, model.elements,
+                     section.element_length, end):
+            born = points_born(model, law, law.wire, bristle, scratch)
+    return born
 
 
 @inlined
@@ -253,11 +262,10 @@ def estimate_error(model, law, bristle, scratch, h, living, change1, change2, ch
 
     living : points in use before it;  change [N]: of the tip's force over it, road axes
     """
-    if law is not None:
-        error = touch_error(model, law.wire, bristle, scratch, h, living,
-                            (change1, change2, change3))
-        if error >= 0.0:
-            return error
+    if law is not None:  # noqa: SIM102
+        if living > 0.0 or touches(law.wire, bristle.tip):
+            return touch_error(model, law.wire, bristle, scratch, h, living,
+                               (change1, change2, change3))
     block, lane = tip_lane(model.elements)
     p1, p2, p3 = rotate_back(scratch.frames[1], ROTATION, change1, change2, change3)
     inverse = 1.0 / bristle.nodes[block, MASS * LANES + lane]
@@ -285,7 +293,8 @@ def accept(model, law, viscosity, audit, bristle, scratch, step):
         lost = finish_on_surface(bristle, law, law.surface, h, end, scratch.contact)
         for i in range(3):
             tip[IMPULSE + i] += h * tip[FORCE + i]
-        lost += end_touch(law.wire, bristle, law, h, lost, scratch)
+        if touches(law.wire, tip):
+            lost += end_touch(law.wire, bristle, law, h, lost, scratch)
         if audit is not None:
             audit[DISSIPATED] += lost
 
@@ -319,8 +328,9 @@ def try_step(model, law, viscosity, audit, bristle, scratch, h, shortest):
         tip[MATRIX_STEP] = 0.0
         tip[FORCE], tip[FORCE + 1], tip[FORCE + 2] = old1, old2, old3
         tip[STATE], tip[GAP] = old_state, old_gap
-        if law is not None:
-            give_up_points(law.wire, bristle, scratch, living)
+        if law is not None:  # noqa: SIM102
+            if living > 0.0 or touches(law.wire, tip):
+                give_up_points(law.wire, bristle, scratch, living)
         if status != TOO_INACCURATE:
             bristle.counts[FAILURES] += 1
         return status

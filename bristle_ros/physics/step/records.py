@@ -81,7 +81,6 @@ class Room(NamedTuple):
     line: NDArray[np.float64]       # (2 elements + 1, 3) [m] nodes from clamp to tip, surface axes
     begun: NDArray[np.float64]      # (2 elements + 1, 3) [m] the same at the step's start
     near: NDArray[np.int64]         # (elements,) 1: may be at the road
-    heights: NDArray[np.float64]    # (blocks LANES,)
     kept: NDArray[np.float64]       # (elements, POINT) the points before the step
 
 

@@ -4,9 +4,10 @@ What contact along the wire adds to a step; where the tip alone touches it compi
 The compiler leaves out what asks an argument for None, in a condition of its own.
 """
 from bristle_ros.physics.compiler import jit
-from bristle_ros.physics.contact import (ALIVE, begin_points, carry_points, correct_contact,
-                                         correct_together, fill_columns, find_points,
-                                         finish_points, FORCE, gather, IMPULSE, keep_points,
+from bristle_ros.physics.contact import (ALIVE, begin_points, carry_points, correct_together,
+                                         fill_columns, find_points,
+                                         finish_points, FORCE, gather, IMPULSE, is_clear_of_plane,
+                                         keep_points,
                                          LIVING, NONE_BORN, node_of, restore_points, rotate_back,
                                          weights, XI)
 from bristle_ros.physics.motion import ROTATION
@@ -15,19 +16,40 @@ from bristle_ros.physics.wire import (add_change, eliminate, error_of_changes, f
 
 
 @jit
-def begin_touch(wire, bristle, step, scratch):
-    """Keep the points as they are, and let their last forces act in the prediction."""
-    if wire is not None:
-        if bristle.tip[LIVING] > 0.0:
-            keep_points(bristle.points, scratch.room.kept)
-            begin_points(bristle, step, scratch.frames[1], scratch.room)
-        else:
-            scratch.room.count[0] = 0
+def touches(wire, tip):
+    """Return whether points along the wire are in use."""
+    if wire is None:
+        return False
+    return tip[LIVING] > 0.0
 
 
 @jit
-def _correct_points(bristle, law, surface, step, scratch, fresh):
-    """Find the increments of all nodes where several points touch; whether it could be solved."""
+def may_touch(surface, wire, nodes, elements, element_length, frame):
+    """Return whether more than the tip may be at the road where a step has ended."""
+    if wire is None:
+        return False
+    if surface is None:
+        return not is_clear_of_plane(nodes, elements, element_length, frame)
+    return True
+
+
+@jit
+def begin_touch(wire, bristle, step, scratch):
+    """Keep the points as they are, and let their last forces act in the prediction."""
+    if wire is not None:
+        keep_points(bristle.points, scratch.room.kept)
+        begin_points(bristle, step, scratch.frames[1], scratch.room)
+
+
+@jit
+def correct_points(wire, bristle, law, surface, step, scratch, fresh):
+    """
+    Find the increments of all nodes where several points touch; whether that could be done.
+
+    fresh : bool    the matrix has just been made
+    """
+    if wire is None:
+        return False
     nodes, room, frames = bristle.nodes, scratch.room, scratch.frames
     gather(bristle, frames[0], room)
     if fresh:
@@ -37,22 +59,6 @@ def _correct_points(bristle, law, surface, step, scratch, fresh):
     eliminate(nodes, elements, bristle.mids, bristle.chain)
     substitute(nodes, elements, bristle.mids, bristle.chain)
     return correct_together(bristle, law, surface, step, frames, scratch)
-
-
-@jit
-def solve_chain(model, law, wire, bristle, scratch, step, fresh):
-    """
-    Turn the residual rows into increments, with the contact problem solved on the way.
-
-    fresh : bool    the matrix has just been made. Returns whether the contact could be solved.
-    """
-    if wire is not None:  # noqa: SIM102
-        if bristle.tip[LIVING] > 0.0:
-            return _correct_points(bristle, law, law.surface, step, scratch, fresh)
-    eliminate(bristle.nodes, model.elements, bristle.mids, bristle.chain)
-    solved = correct_contact(bristle, law, law.surface, step, scratch.frames, scratch.contact)
-    substitute(bristle.nodes, model.elements, bristle.mids, bristle.chain)
-    return solved
 
 
 @jit
@@ -67,9 +73,8 @@ def points_born(model, law, wire, bristle, scratch):
 @jit
 def give_up_points(wire, bristle, scratch, living):
     """Put the points back as they were before a step that failed; living: how many they were."""
-    if wire is not None:  # noqa: SIM102
-        if living > 0.0 or bristle.tip[LIVING] > 0.0:
-            restore_points(bristle.points, bristle.tip, scratch.room.kept, living)
+    if wire is not None:
+        restore_points(bristle.points, bristle.tip, scratch.room.kept, living)
 
 
 @jit
@@ -105,14 +110,12 @@ def _error(bristle, h, scheme, middle, kept, living, change):
 @jit
 def touch_error(model, wire, bristle, scratch, h, living, change):
     """
-    Return the local error of a step in which points touch [m]; -1: only the tip may have.
+    Return the local error of a step in which points touch [m].
 
     living : points before the step; change [N] : (3,)     of the tip's force over it, road axes
     """
     if wire is None:
-        return -1.0
-    if living == 0.0 and bristle.tip[LIVING] == 0.0:
-        return -1.0
+        return 0.0
     return _error(bristle, h, model.scheme, scratch.frames[1], scratch.room.kept, living, change)
 
 
@@ -123,15 +126,12 @@ def end_touch(wire, bristle, law, h, taken, scratch):
 
     taken [J] : float   what finishing the tip took
     """
-    lost = 0.0
-    if wire is not None:
-        tip, points = bristle.tip, bristle.points
-        if tip[LIVING] > 0.0:
-            end = scratch.frames[2]
-            lost = finish_points(bristle, law, law.surface, h, end, scratch.contact)
-            for e in range(points.shape[0]):
-                if points[e, ALIVE] > 0.0:
-                    for i in range(3):
-                        tip[IMPULSE + i] += h * points[e, FORCE + i]
-            lost += carry_points(bristle, law, law.surface, h, end, taken + lost, scratch)
-    return lost
+    if wire is None:
+        return 0.0
+    tip, points, end = bristle.tip, bristle.points, scratch.frames[2]
+    lost = finish_points(bristle, law, law.surface, h, end, scratch.contact)
+    for e in range(points.shape[0]):
+        if points[e, ALIVE] > 0.0:
+            for i in range(3):
+                tip[IMPULSE + i] += h * points[e, FORCE + i]
+    return lost + carry_points(bristle, law, law.surface, h, end, taken + lost, scratch)

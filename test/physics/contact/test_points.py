@@ -121,7 +121,7 @@ def test_no_wire_in_the_road_is_taken_for_clear(kerb):
             nodes[block, layout.X:layout.X + 3, lane] = line[2 * e + 1] - line[0]
             nodes[block, layout.X:layout.X + 3, layout.ELEMENTS + lane] = line[2 * e + 2] - line[0]
         below = lowest_beside_tip(None, line, elements) < 0.0
-        said = is_clear_of_plane(nodes.reshape(2, -1), elements, length / elements, frame, room)
+        said = is_clear_of_plane(nodes.reshape(2, -1), elements, length / elements, frame)
         assert not (said and below)
         counts += said, below
         room.line[:] = line
