@@ -51,7 +51,7 @@ def test_arrays_are_those_of_the_contract(scene, tmp_path):
               'brush_force': (10, 3), 'brush_torque': (10, 3), 'energy_kinetic': (10,),
               'energy_elastic': (10,), 'energy_dissipated': (10,), 'work_external': (10,),
               'newton_iterations': (10,), 'substeps': (10,), 'base_pose': (10, 3),
-              'clamp_stress': (10, 2, 4),
+              'clamp_stress': (10, 2, 4), 'wire_gap': (10, 2), 'contact_length': (10, 2),
               'clamp_stress_min': (10, 2, 4), 'clamp_stress_max': (10, 2, 4), 'wall_time': (),
               'compile_time': ()}
     with np.load(output) as found:

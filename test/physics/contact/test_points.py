@@ -192,7 +192,7 @@ def test_the_tip_alone_is_what_it_was():
     ends = []
     for points in ('wire', 'tip'):
         simulation = Simulation(from_parameters(
-            LYING | {'road.penetration': 0.03, 'contact.points': points}, 'test'))
+            LYING | {'road.penetration': 0.03, 'contact.points': points}, 'test'), energies=True)
         simulation.advance(3000)
         ends.append(simulation.snapshot())
     assert np.array_equal(ends[0].tip_position, ends[1].tip_position)
