@@ -13,4 +13,5 @@ else
     prepare_venv stamp-test requirements.txt requirements-view.txt requirements-test.txt
 fi
 echo "bristle_ros: running the tests, some minutes; the first time compiles as well" >&2
-exec "$python" -m pytest --fail-on-skip "$@"
+# two processes; -n 0 for one, as a debugger wants it
+exec "$python" -m pytest --fail-on-skip -n 2 --dist loadgroup "$@"

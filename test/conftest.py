@@ -17,6 +17,9 @@ os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
 _domains = itertools.count(1 + os.getpid() % 90)
 ABSENT = pytest.StashKey()     # tests left out -> the program that they need
+# Rooms whose tests start nodes or keep to the wall clock: one process runs them all, so that none
+# meets another's nodes; other tests stay together by their file.
+TOGETHER = ('command_line', 'log', 'node', 'realtime', 'verbs', 'view')
 # Arithmetic that goes wrong in Python code is an error; compiled code answers with a status.
 np.seterr(divide='raise', over='raise', invalid='raise')
 
@@ -28,6 +31,10 @@ def pytest_addoption(parser):
 
 def pytest_collection_modifyitems(config, items):
     """Leave out what needs a program that is not here, and say so: it must not pass for done."""
+    for item in items:
+        place = item.path.relative_to(ROOT / 'test')
+        alone = place.parts[0] in TOGETHER or len(place.parts) == 1
+        item.add_marker(pytest.mark.xdist_group('nodes' if alone else str(place)))
     absent = {item.nodeid: mark.args[0] for item in items
               for mark in item.iter_markers('needs') if not mark.args[1]()}
     if not all(shutil.which(name) for name in ('chromium', 'chromedriver')):
