@@ -50,8 +50,17 @@ def pytest_terminal_summary(terminalreporter, config):
         terminalreporter.write_line(f'not run, {program} is not here: {nodeid}', yellow=True)
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node, error):
+    """Take over what another process has left out."""
+    absent = node.config.stash.setdefault(ABSENT, {})
+    absent.update(getattr(node, 'workeroutput', {}).get('absent', {}))
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session, exitstatus):
+    if hasattr(session.config, 'workeroutput'):
+        session.config.workeroutput['absent'] = session.config.stash.get(ABSENT, {})
     reporter = session.config.pluginmanager.get_plugin('terminalreporter')
     skipped = reporter.stats.get('skipped', []) if reporter else []
     if skipped and session.config.getoption('--fail-on-skip') and exitstatus == 0:
