@@ -86,7 +86,7 @@ def test_a_page_commands_and_comes_back(server, browsers, width):
     assert browser.errors() == []
     assert server.end() == (0, '')
     browser.until(lambda: 'ERR_CONNECTION_REFUSED' in browser.log(), 'the loss of the server')
-    lost = time_of(browser)     # it stands still; a slow page may be later than that when it is back
+    lost = time_of(browser)     # it stands still; a slow page may come back later than that
     server.start()
     browser.until(lambda: 0.1 < time_of(browser) != lost, 'the server, come back')
     assert browser.errors() == []
