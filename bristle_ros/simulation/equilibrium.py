@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from .model import (build_models, build_state, contact_law, new_scratch, rows_of, states_of,
                     touches_anywhere)
 from .observe import observe_rows
-
-BESIDE = 1e-6       # [m] that a wire may be below the road beside its tip
+from .run_warnings import BESIDE
 
 
 class Equilibrium(NamedTuple):

@@ -15,7 +15,8 @@ from bristle_ros.physics.step import (AUDIT, BATCH, corner_factors, COUNTS, gene
 from bristle_ros.physics.wire import (Air, BLOCK, block_count, chain_work, ELEMENTS, INERTIA,
                                       LANES, MASS, MIDS, Q, Q0, RECORD, ROWS, Section, WEIGHT, X,
                                       X0)
-from bristle_ros.scene import brush_rows, Row, Scene, SceneError, speed_table, tip_depth
+from bristle_ros.scene import (brush_rows, longest, Row, Scene, SceneError, speed_table,
+                               tip_depth)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -94,7 +95,7 @@ def wire_of(scene: Scene) -> Wire | None:
     profile, parts = scene.profile, SAMPLES
     waves = {'sine': profile.wavelength, 'iso8608': profile.shortest}
     if profile.kind in waves:   # a minimum between two places that are looked at is not missed
-        element = scene.bristle.length / scene.solver.elements
+        element = longest(scene) / scene.solver.elements
         parts = max(parts, min(math.ceil(SAMPLES * element / waves[profile.kind]), MOST_SAMPLES))
     return Wire(parts)
 
