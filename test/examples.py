@@ -16,6 +16,7 @@ def random_snapshot(seed, bristles=2):
               **{f'clamp_stress{which}': (bristles, 4) for which in ('', '_min', '_max')}}
     scalars = {'t': 0.25, 'theta': 1.5, 'omega': -10.472, 'energy_kinetic': 1.0,
                'energy_elastic': np.nan, 'energy_dissipated': 0.0, 'work_external': 0.0,
+               'drive_torque': -1.25, 'drive_work': np.nan,
                'error_estimate': 1e-6, 'step': 250, 'newton_iterations': 7, 'substeps': 5}
     return Snapshot(**{
         name: scalars[name] if name in scalars

@@ -18,7 +18,7 @@ from bristle_ros.__main__ import VERBS  # noqa: E402
 from bristle_ros.messages.encode import TF  # noqa: E402
 from bristle_ros.scene.scene import from_parameters, keys  # noqa: E402
 from bristle_ros.scene.error import spell  # noqa: E402
-from bristle_ros.simulation.snapshot import AIR_ARRAYS, NPZ_ARRAYS  # noqa: E402
+from bristle_ros.simulation.snapshot import AIR_ARRAYS, DRIVE_ARRAYS, NPZ_ARRAYS  # noqa: E402
 
 HEAD = """# Reference
 
@@ -57,12 +57,14 @@ PUBLISHED = {
 }
 SUBSCRIBED = {
     'cmd_brush_speed': 'speed of the brush [rad/s], in place of `drive.mean_speed`; changes at '
-                       'most by `drive.max_acceleration`',
+                       'most by `drive.max_acceleration`. With `drive.mode: motor` the speed '
+                       'without load',
     'cmd_vel': "sweeper's velocity: `linear.x`, `linear.y` [m/s], `angular.z` [rad/s]; a Twist "
                'when `run.stamped_cmd_vel` is false. With `run.command_timeout`, one whose stamp '
                'is older is refused',
     'cmd_penetration': 'depth of the undeformed tip below the road [m]; the road moves at most at '
                        '`road.max_rate`',
+    'cmd_drive_torque': 'torque on the brush [N m], at once; only with `drive.mode: torque`',
 }
 SERVICES = {
     '~/pause': '`true` holds at the end of the chunk that is running, `false` goes on',
@@ -109,6 +111,9 @@ ARRAYS = {
     'contact_length': ('n, B', 'm', 'of wire that the touching points beside the tip stand for: '
                        'an element each'),
     'base_pose': ('n, 3', 'm, m, rad', "x, y and heading of the sweeper's base on the road"),
+    'drive_torque': ('n', 'N m', 'of the drive on the brush; with `drive.mode: motor` or '
+                     '`torque`, as the next one'),
+    'drive_work': ('n', 'J', 'what it has done since t = 0'),
     'wall_time': ('', 's', 'stepping alone'),
     'compile_time': ('', 's', 'all that was compiled or loaded before'),
 }
@@ -191,8 +196,8 @@ def main():
               'n samples of B bristles; one wire each, but for `brush_*`.', '']
     lines += table(('array', 'shape', 'unit', 'meaning'),
                    [(f'`{name}`', f'({meaning[0]})', *meaning[1:]) for name, meaning in
-                    with_meaning((*NPZ_ARRAYS, *AIR_ARRAYS, 'wall_time', 'compile_time'), ARRAYS,
-                                 'arrays')])
+                    with_meaning((*NPZ_ARRAYS, *AIR_ARRAYS, *DRIVE_ARRAYS, 'wall_time',
+                                  'compile_time'), ARRAYS, 'arrays')])
     print('\n'.join(lines))
 
 

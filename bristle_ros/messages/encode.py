@@ -133,8 +133,7 @@ _joint = _JointState()
 
 
 def _joint_states(snapshot: Snapshot, stamp: int) -> bytes:
-    # The drive's torque on the brush about +z balances what the brush puts on the sweeper.
-    return _joint.pack(stamp, snapshot.theta, snapshot.omega, -float(snapshot.brush_torque[2]))
+    return _joint.pack(stamp, snapshot.theta, snapshot.omega, snapshot.drive_torque)
 
 
 class Topic(NamedTuple):
@@ -186,7 +185,7 @@ def command_types(stamped: bool) -> dict[str, str]:
     """Return topic -> type of the commands; `stamped` is `run.stamped_cmd_vel`."""
     return {'cmd_brush_speed': FLOAT,
             'cmd_vel': TWIST_STAMPED if stamped else TWIST,
-            'cmd_penetration': FLOAT}
+            'cmd_penetration': FLOAT, 'cmd_drive_torque': FLOAT}
 
 
 _twist_stamped = _Stamped('', 6)

@@ -33,6 +33,7 @@ class Commands:
         self.last_refusal = ''
         self._listen(Float64, 'cmd_brush_speed', lambda message: (message.data,))
         self._listen(Float64, 'cmd_penetration', lambda message: (message.data,))
+        self._listen(Float64, 'cmd_drive_torque', lambda message: (message.data,))
         if run.stamped_cmd_vel:
             self._listen(TwistStamped, 'cmd_vel', self._stamped)
         else:

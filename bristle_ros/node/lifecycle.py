@@ -39,11 +39,11 @@ class BrushNode(LifecycleNode):
     """
     The brush in the loop. Relative names unless they start with `/`.
 
-    Subscribes: cmd_brush_speed, cmd_vel, cmd_penetration. Publishes: contact_wrench, tip_wrench,
-    mount_wrench, tip_pose, joint_states, bristle_markers, /diagnostics and, if asked, /clock.
-    Services: ~/pause, ~/step, ~/reset. Configure builds what the parameters say by then, compiles
-    and opens the log; activate steps, deactivate holds, cleanup releases; what goes wrong in one
-    of them releases too.
+    Subscribes: cmd_brush_speed, cmd_vel, cmd_penetration, cmd_drive_torque. Publishes:
+    contact_wrench, tip_wrench, mount_wrench, tip_pose, joint_states, bristle_markers, /diagnostics
+    and, if asked, /clock. Services: ~/pause, ~/step, ~/reset. Configure builds what the parameters
+    say by then, compiles and opens the log; activate steps, deactivate holds, cleanup releases;
+    what goes wrong in one of them releases too.
     """
 
     def __init__(self, scene, on_end, *, wall_ns):

@@ -82,6 +82,7 @@ def _check_combinations(scene: Scene) -> None:
     if drive.profile == 'table':
         from .drive_table import speed_table  # with numpy, which most scenes need not
         speed_table(drive)
+    _check_drive(scene)
     if abs(drive.mean_speed) > drive.max_speed:
         raise SceneError(
             f'beyond drive.max_speed = {spell(drive.max_speed)} rad/s: lower it or raise that',
@@ -106,6 +107,20 @@ def _check_combinations(scene: Scene) -> None:
         steps(scene, scene.solver.time_step, 'solver.time_step')
     steps(scene, scene.run.chunk, 'run.chunk')
     steps(scene, scene.run.sample, 'run.sample')
+
+
+def _check_drive(scene: Scene) -> None:
+    """Refuse what has to know the brush's angle beforehand, where the drive feels its load."""
+    mode, solver = scene.drive.mode, scene.solver
+    if mode == 'speed':
+        return
+    if solver.load_case == 'displacement':
+        raise SceneError('prescribes the angle of the brush, which is a result here: take '
+                         'load_case: inertia, or drive.mode: speed', key='drive.mode', value=mode)
+    if solver.time_step > 0.0:
+        raise SceneError(f"the angle at a load step's end is not known beforehand with "
+                         f'drive.mode: {mode}: take 0.0', key='solver.time_step',
+                         value=solver.time_step)
 
 
 def _check_rows(scene: Scene) -> None:

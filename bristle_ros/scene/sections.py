@@ -156,16 +156,39 @@ class Drive(SceneSection):
         '', 'table: CSV t,speed [s, rad/s], t increasing, relative to the scene file; monotone '
         'cubics through the points, held at the ends, the commanded speed comes on top; or '
         'data:t,speed;t,speed itself')
+    mode: Literal['speed', 'motor', 'torque'] = choice(
+        'speed', 'whether the speed is given, or a motor or a torque (cmd_drive_torque) drives')
+    inertia: float = number(
+        0.0, 'kg m^2', 0.0, 1e6, 'motor, torque: of hub, board and gearbox, without the wires')
+    loss: float = number(
+        0.0, 'N m s/rad', 0.0, 1e6, 'motor, torque: what the drive loses, per speed')
+    stall_torque: float = number(
+        0.0, 'N m', 0.0, 1e6, 'motor: its torque at standstill, and the most it gives; torque: '
+        'the most that may be commanded, 0: any')
+    rated_speed: float = number(
+        0.0, 'rad/s', 0.0, 1e6, 'motor: by how much the stall torque would slow it down')
 
     def __post_init__(self) -> None:
         """Let a table's brush have no other speed than commanded ones, which begin at 0."""
         super().__post_init__()
+        self._check_mode()
         if self.profile != 'table':
             return
         for name, usual in (('mean_speed', MEAN_SPEED), ('alternating_speed', 0.0)):
             if getattr(self, name) not in (0.0, usual):
                 raise SceneError(WITH_TABLE, key='drive.' + name, value=getattr(self, name))
             object.__setattr__(self, name, 0.0)
+
+    def _check_mode(self) -> None:
+        needed = {'speed': (), 'torque': ('inertia',),
+                  'motor': ('inertia', 'stall_torque', 'rated_speed')}[self.mode]
+        for name in needed:
+            if getattr(self, name) == 0.0:
+                raise SceneError(f'drive.mode: {self.mode} needs it above 0', key='drive.' + name,
+                                 value=0.0)
+        if self.mode == 'torque' and (self.profile == 'table' or self.alternating_speed != 0.0):
+            raise SceneError('a torque follows no speeds: take profile: constant, or mode: motor',
+                             key='drive.profile', value=self.profile)
 
 
 @dataclass(frozen=True, kw_only=True)

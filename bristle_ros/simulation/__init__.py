@@ -15,7 +15,8 @@ if TYPE_CHECKING:
                                RunWatch as RunWatch)
     from .simulation import Simulation as Simulation, StepFailure as StepFailure
     from .snapshot import (ACCOUNTED as ACCOUNTED, AIR_ARRAYS as AIR_ARRAYS,
-                           NPZ_ARRAYS as NPZ_ARRAYS, Snapshot as Snapshot)
+                           DRIVE_ARRAYS as DRIVE_ARRAYS, NPZ_ARRAYS as NPZ_ARRAYS,
+                           Snapshot as Snapshot)
     from .surface import surface_of as surface_of
 
 __getattr__, __dir__ = lazily(__name__, {
@@ -26,6 +27,6 @@ __getattr__, __dir__ = lazily(__name__, {
     'polygon': ['load_steps', 'ring_of'],
     'run_warnings': ['QUANTITIES', 'RunWarning', 'RunWatch'],
     'simulation': ['Simulation', 'StepFailure'],
-    'snapshot': ['ACCOUNTED', 'AIR_ARRAYS', 'NPZ_ARRAYS', 'Snapshot'],
+    'snapshot': ['ACCOUNTED', 'AIR_ARRAYS', 'DRIVE_ARRAYS', 'NPZ_ARRAYS', 'Snapshot'],
     'surface': ['surface_of'],
 })

@@ -28,9 +28,26 @@ def values_of(topic: str, values: Values) -> tuple[float, ...]:
         raise CommandRefused(f'{topic}: {values!r}: must be numbers') from None
 
 
+def _check_drive(scene: Scene, topic: str, value: float) -> None:
+    drive = scene.drive
+    if topic == 'cmd_brush_speed':
+        if drive.mode == 'torque':
+            raise CommandRefused(f'{topic}: with drive.mode: torque speed is a result; there is '
+                                 'cmd_drive_torque')
+        if abs(value) > drive.max_speed:
+            raise CommandRefused(f'{topic}: {value:g} rad/s is beyond drive.max_speed = '
+                                 f'{drive.max_speed:g} rad/s')
+    if topic == 'cmd_drive_torque':
+        if drive.mode != 'torque':
+            raise CommandRefused(f'{topic}: needs drive.mode: torque, this is {drive.mode}')
+        if 0.0 < drive.stall_torque < abs(value):
+            raise CommandRefused(f'{topic}: {value:g} N m is beyond drive.stall_torque = '
+                                 f'{drive.stall_torque:g} N m')
+
+
 def check_command(scene: Scene, topic: str, given: Values) -> tuple[float, ...]:
     """Return the values of a command as a tuple; raise CommandRefused where it cannot be."""
-    wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1}
+    wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1, 'cmd_drive_torque': 1}
     if not isinstance(topic, str) or topic not in wanted:
         raise CommandRefused(f'{topic}: no such command; there are {", ".join(wanted)}')
     values = values_of(topic, given)
@@ -38,9 +55,7 @@ def check_command(scene: Scene, topic: str, given: Values) -> tuple[float, ...]:
         raise CommandRefused(f'{topic}: {len(values)} values, wants {wanted[topic]}')
     if not all(math.isfinite(value) for value in values):
         raise CommandRefused(f'{topic}: {values} is not finite')
-    if topic == 'cmd_brush_speed' and abs(values[0]) > scene.drive.max_speed:
-        raise CommandRefused(f'{topic}: {values[0]:g} rad/s is beyond drive.max_speed = '
-                             f'{scene.drive.max_speed:g} rad/s')
+    _check_drive(scene, topic, values[0])
     if topic == 'cmd_vel':
         if math.hypot(*values[:2]) > scene.sweeper.max_speed:
             raise CommandRefused(

@@ -8,15 +8,16 @@ from itertools import accumulate, pairwise
 import math
 
 from bristle_ros.physics.contact import COLUMN, CONTACT, ContactLaw, MOST, POINT, TIP, Wire
-from bristle_ros.physics.motion import (APPROACHING, BASICS, CONSTANT, Drive, FORWARD, FRAME, LEFT,
-                                        MOVED, new_motion, SINE, SPEED, VAP)
+from bristle_ros.physics.motion import (ADDED, APPROACHING, BASICS, CONSTANT, Drive, END, FORWARD,
+                                        FRAME, HUB, Hub, LASTS, LEFT, MOVED, new_motion, SINE,
+                                        SPEED, START, STARTED, TURNING, VAP)
 from bristle_ros.physics.step import (AUDIT, BATCH, corner_factors, COUNTS, generalized_alpha, hht,
-                                      Model, newmark, PARTS, Room, Scheme, Scratch, State)
+                                      Model, newmark, PARTS, Room, Scheme, Scratch, State, Turn)
 from bristle_ros.physics.wire import (Air, BLOCK, block_count, chain_work, ELEMENTS, INERTIA,
                                       LANES, MASS, MIDS, Q, Q0, RECORD, ROWS, Section, WEIGHT, X,
                                       X0)
 from bristle_ros.scene import (brush_rows, longest, Row, Scene, SceneError, speed_table,
-                               tip_depth)
+                               start_speed, tip_depth)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -140,7 +141,21 @@ def drive_of(scene: Scene, time_step: float) -> Drive:
         profile, d.alternating_speed, d.frequency, d.shape, scene.brush.start_angle,
         math.cos(road.attack_angle), math.sin(road.attack_angle), road.tilt_azimuth,
         *gravity_of(scene), tip_depth(scene), road.penetration, road.approach_time, x, y,
-        time_step, scene.gutter.approach if scene.gutter.enabled else 0.0, table)
+        time_step, scene.gutter.approach if scene.gutter.enabled else 0.0, table, hub_of(scene))
+
+
+def hub_of(scene: Scene) -> Hub | None:
+    """Return the Hub, or None where the speed is given."""
+    d, b = scene.drive, scene.bristle
+    if d.mode == 'speed':
+        return None
+    wires = 0.0
+    for row in brush_rows(scene):   # a rod from radius r to R: (r^2 + r R + R^2) / 3
+        mean = (row.radius ** 2 + row.radius * row.tip_radius + row.tip_radius ** 2) / 3.0
+        wires += row.count * row.length * mean
+    wires *= scene.brush.wires_per_bristle * b.density * b.breadth * b.width
+    rated = d.rated_speed if d.mode == 'motor' else 0.0
+    return Hub(d.inertia, d.loss, d.stall_torque, rated, wires)
 
 
 def clamp_of(row: Row) -> NDArray[np.float64]:
@@ -266,6 +281,14 @@ def start_motion(scene: Scene) -> NDArray[np.float64]:
     motion[MOVED:MOVED + 2] = scene.sweeper.mount_position
     if scene.gutter.enabled and scene.road.approach_time > 0.0:
         motion[MOVED + 1] -= scene.gutter.approach
+    hub = hub_of(scene)
+    if hub is not None:
+        its, speed = scene.solver.integration_time_step, start_speed(scene.drive)
+        record = motion[TURNING:]
+        record[STARTED], record[LASTS], record[ADDED] = -its, its, hub.wires
+        record[START + 1] = record[END + 1] = speed
+        record[END] = scene.brush.start_angle
+        record[START] = record[END] - its * speed
     return motion
 
 
@@ -299,6 +322,15 @@ def build_state(scene: Scene, *models: Model) -> State:
     for row, model, part in zip(brush_rows(scene), models, states_of(state, models)):
         part.nodes[...] = straight_nodes(scene, row, model)
     return state
+
+
+def new_turn(state: State) -> Turn:
+    """Return the room for a step of a brush whose drive feels its load to be made again."""
+    kept = state._replace(
+        nodes=_aligned(*state.nodes.shape), tip=np.zeros_like(state.tip),
+        points=np.zeros_like(state.points), counts=np.zeros_like(state.counts),
+        audit=np.zeros_like(state.audit))
+    return Turn(np.zeros(HUB), np.zeros(len(state.nodes)), kept)
 
 
 def rows_of(models: tuple[Model, ...]) -> list[slice]:

@@ -5,10 +5,12 @@ import time
 from typing import Any, SupportsIndex
 
 from bristle_ros.physics.contact import GAP, gap_at, IMPULSE, MOST
-from bristle_ros.physics.motion import (approach_at as compiled_approach_at, APPROACHING, FORWARD,
-                                        HEIGHT, kerb_offset as compiled_kerb_offset, LEFT, MOVED,
+from bristle_ros.physics.motion import (approach_at as compiled_approach_at, APPROACHING,
+                                        DRIVE_WORK, FORWARD, HEIGHT,
+                                        kerb_offset as compiled_kerb_offset, LEFT, MOVED,
                                         PENETRATION, RAMP, ramp_at as compiled_ramp_at,
-                                        renew_rates, ROTATION, SPEED, split_load_step, YAW)
+                                        renew_rates, ROTATION, SPEED, split_load_step, TORQUE,
+                                        TURNING, YAW)
 from bristle_ros.physics.step import (AT_FINEST, CLAMP_INSIDE, FAILURES, initialise, Model, NEWTON,
                                       NO_CONVERGENCE, NOT_FINITE, output, own_frame,
                                       SINGULAR_MATRIX, SPLIT, SUBSTEPS, TOO_MANY_POINTS,
@@ -19,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .commands import check_command, Values
+from .driven import DrivenStepper, jump_torque, start_hub
 from .equilibrium import settle_state
 from .model import (build_models, build_state, check_start, contact_law, local_error_of,
                     new_scratch, rows_of, states_of, touches_anywhere, turn_nodes, viscosity_of)
@@ -49,6 +52,7 @@ ramp_at = getattr(compiled_ramp_at, 'py_func', compiled_ramp_at)
 approach_at = getattr(compiled_approach_at, 'py_func', compiled_approach_at)
 kerb_offset = getattr(compiled_kerb_offset, 'py_func', compiled_kerb_offset)
 
+TORQUE_Z = output.BRUSH_TORQUE + 2
 MOST_STEPS = 2**62  # of one call: what a kernel can count
 SLACK = 2e-5    # of an integration step, when a time is compared with a ramp's end
 
@@ -96,7 +100,8 @@ class Simulation:
         self._states = states_of(self.state, models)
         self._lengths = [(part, row.length)
                          for part, row in zip(rows_of(models), brush_rows(scene))]
-        self._stepper = Stepper(models, self._law, self._viscosity, self.state,
+        stepper = Stepper if models[0].drive.hub is None else DrivenStepper
+        self._stepper = stepper(models, self._law, self._viscosity, self.state,
                                 accounting=energies, threads=threads)
         self._start: list[NDArray[np.float64] | NDArray[np.int64]] = []
         self._to_start()
@@ -161,6 +166,8 @@ class Simulation:
             settle_state(self.scene, self.models, self.state, self._scratch)
         if self.model.displacement:
             turn_nodes(self.state, self.scene.brush.start_angle)
+        if self.model.drive.hub is not None:
+            start_hub(self.model.drive.hub, self.models, self._states, self._scratch)
         for model, part in zip(self.models, self._states):
             initialise(model, self._viscosity, part, self._scratch)
         gaps = self._start_gaps()
@@ -252,7 +259,8 @@ class Simulation:
         """
         Follow a command from now on.
 
-        topic : 'cmd_brush_speed' (rad/s,), 'cmd_vel' (m/s, m/s, rad/s) or 'cmd_penetration' (m,)
+        topic : 'cmd_brush_speed' (rad/s,), 'cmd_vel' (m/s, m/s, rad/s), 'cmd_penetration' (m,) or
+        'cmd_drive_torque' (N m,), which acts at once
         Changes are limited by drive.max_acceleration, sweeper.max_acceleration,
         sweeper.max_yaw_acceleration and road.max_rate. Raises CommandRefused.
         """
@@ -268,6 +276,9 @@ class Simulation:
         scene = self.scene
         if topic == 'cmd_brush_speed':
             self._ramp(SPEED, now, values[0], scene.drive.max_acceleration)
+        elif topic == 'cmd_drive_torque':
+            if self.model.drive.hub is not None:
+                jump_torque(self.model.drive.hub, self.state.motion, values[0])
         elif topic == 'cmd_penetration':
             if self.state.motion[APPROACHING]:
                 self.state.motion[PENETRATION:PENETRATION + RAMP] = (
@@ -337,10 +348,13 @@ class Simulation:
         found |= {name: totals[place] for name, place in _BRUSH.items()}
         found['error_estimate'] = max(float(found['error_estimate'][part].max()) / length
                                       for part, length in self._lengths)
+        driven, hub = self.model.drive.hub is not None, self.state.motion[TURNING:]
         counts = self.state.counts.sum(axis=0)
         return Snapshot(step=self.step, t=self.step * self.its,
                         newton_iterations=int(counts[NEWTON]), substeps=int(counts[SUBSTEPS]),
-                        base_pose=np.array(self.base_pose()), **found)
+                        base_pose=np.array(self.base_pose()),
+                        drive_torque=float(hub[TORQUE] if driven else -totals[TORQUE_Z]),
+                        drive_work=float(hub[DRIVE_WORK]) if driven else math.nan, **found)
 
     def begin_sample(self) -> None:
         """Let clamp_stress_min and _max of the samples to come be those from here on."""

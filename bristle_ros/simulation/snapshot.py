@@ -54,6 +54,9 @@ class Snapshot(NamedTuple):
     contact_length: Floats              # [m] (B,) of wire that touching points stand for; the tip
                                         # alone: 0
     base_pose: NDArray[np.float64]          # (3,) [m, m, rad] of the sweeper's base on the road
+    drive_torque: float                 # [N m] of the drive on the brush
+    drive_work: float                   # [J] what it has done since t = 0; NaN where the speed is
+                                        # given
 
 
 NPZ_ARRAYS = (
@@ -64,6 +67,8 @@ NPZ_ARRAYS = (
     'clamp_stress_max', 'tip_force', 'wire_gap', 'contact_length')
 # where the scene has air
 AIR_ARRAYS = ('air_force',)
+# where the drive feels its load
+DRIVE_ARRAYS = ('drive_torque', 'drive_work')
 # what is kept only where the simulation was built with its accounts
 ACCOUNTED = ('energy_kinetic', 'energy_elastic', 'energy_dissipated', 'work_external',
              'clamp_stress_min', 'clamp_stress_max')

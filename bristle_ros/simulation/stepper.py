@@ -138,6 +138,14 @@ class Stepper:
 
     def _run(self, steps: int) -> Failure | None:
         """Make the steps from now on; None, or (step, status, bristle) of a failure."""
+        failed = self._share(steps)
+        if failed is None:
+            keep_place(self._scratch[0][0].table, self._state.motion, steps)
+            self._state.step[0] += steps
+        return failed
+
+    def _share(self, steps: int) -> Failure | None:
+        """Advance the bristles alone by `steps` steps, on all threads; what `_run` returns."""
         for model, state, scratch in zip(self.models, self._states, self._scratch[0]):
             fill_frames(model, self._features[0], state, scratch, steps)
         if self.threads > 1 and self._pool is None:
@@ -146,11 +154,7 @@ class Stepper:
         others = [self._pool.submit(self._work, scratch, steps)
                   for scratch in self._scratch[1:]] if self._pool else []
         failures = [self._work(self._scratch[0], steps), *(other.result() for other in others)]
-        failed = min(filter(None, failures), default=None)
-        if failed is None:
-            keep_place(self._scratch[0][0].table, self._state.motion, steps)
-            self._state.step[0] += steps
-        return failed
+        return min(filter(None, failures), default=None)
 
     def _work(self, scratches: list[Scratch], steps: int) -> Failure | None:
         """Take bristles until none is left; None, or (step, status, bristle) of a failure."""

@@ -4,7 +4,7 @@ import os
 
 from bristle_ros.command_line import check_new, check_place, partial, Undisturbed, WholeFile
 from bristle_ros.scene import SceneError
-from bristle_ros.simulation import ACCOUNTED, AIR_ARRAYS, NPZ_ARRAYS
+from bristle_ros.simulation import ACCOUNTED, AIR_ARRAYS, DRIVE_ARRAYS, NPZ_ARRAYS
 
 FORMATS = ('.npz', '.csv', '.mcap')
 
@@ -13,7 +13,7 @@ def chosen_arrays(names):
     """Return the names of the arrays to keep, t first: all for None; SceneError for unknown."""
     if names is None:
         return NPZ_ARRAYS
-    known = (*NPZ_ARRAYS, *AIR_ARRAYS)
+    known = (*NPZ_ARRAYS, *AIR_ARRAYS, *DRIVE_ARRAYS)
     for name in names:
         if name not in known:
             raise SceneError(f'must be some of {", ".join(known)}', key='--arrays',
@@ -23,11 +23,15 @@ def chosen_arrays(names):
 
 def arrays_of(scene, arrays):
     """Return the arrays to keep of a scene; SceneError where one is chosen that it has not."""
-    if scene.air.density > 0.0:
-        return (*arrays, *AIR_ARRAYS) if arrays == NPZ_ARRAYS else arrays
-    for name in AIR_ARRAYS:
-        if name in arrays:
-            raise SceneError('needs air.density above 0', key='--arrays', value=name)
+    features = ((AIR_ARRAYS, scene.air.density > 0.0, 'air.density above 0'),
+                (DRIVE_ARRAYS, scene.drive.mode != 'speed', 'drive.mode: motor or torque'))
+    whole = arrays == NPZ_ARRAYS
+    for names, there, needed in features:
+        if there and whole:
+            arrays = (*arrays, *names)
+        for name in names:
+            if not there and name in arrays:
+                raise SceneError(f'needs {needed}', key='--arrays', value=name)
     return arrays
 
 

@@ -182,7 +182,8 @@ def _events(commands, its):
 def _parse(arguments):
     parser = Parser('simulate', 'Simulates a scene without ROS, as fast as it goes. A CSV of '
                     'commands has lines t,topic,values... with topic cmd_brush_speed (rad/s), '
-                    'cmd_vel (vx, vy, yaw rate), cmd_penetration (m) or reset (none).')
+                    'cmd_vel (vx, vy, yaw rate), cmd_penetration (m), cmd_drive_torque (N m) or '
+                    'reset (none).')
     add_scene(parser)
     parser.add_argument('--duration', type=float, required=True, metavar='S',
                         help='simulated time [s]')

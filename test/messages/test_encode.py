@@ -70,7 +70,7 @@ def by_hand(topic, snapshot, stamp):
         message.name = ['brush_joint']
         message.position = [snapshot.theta]
         message.velocity = [snapshot.omega]
-        message.effort = [-float(snapshot.brush_torque[2])]
+        message.effort = [snapshot.drive_torque]
     return message
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .drive import approach_at, profile_at, RAMP, ramp_at, table_at
+from .hub import HUB, Hub, hub_at
 
 # frame record
 ROTATION = 0        # 9  brush axes to road axes, row by row
@@ -53,7 +54,8 @@ LOAD_SPLIT = APPROACHING + 1
 SPLIT_BASICS = LOAD_SPLIT + 1
 SPLIT_CLAMP = SPLIT_BASICS + _RAMPED    # 2  cosine and sine that place the clamp on its chord
 MOVED = SPLIT_CLAMP + 2     # 2  PLACE at the end of the last step
-MOTION = MOVED + 2
+TURNING = MOVED + 2         # HUB  where the drive feels its load: hub.py
+MOTION = TURNING + HUB
 
 
 class Drive(NamedTuple):
@@ -78,6 +80,7 @@ class Drive(NamedTuple):
     time_step: float        # TS [s]; 0: exact at every time
     kerb_approach: float    # how much further away the kerb starts [m]
     table: NDArray[np.float64] | None   # (n, 6) of speeds: see `table_at`
+    hub: Hub | None         # None: the speed is given
 
 
 @jit
@@ -89,15 +92,28 @@ def _profile_of(t, drive, table):
 
 
 @jit
+def asked_speed(t, drive, motion):
+    """Return the speed that profile and commands ask for at time t [rad/s]."""
+    return ramp_at(motion, SPEED, t)[0] + _profile_of(t, drive, drive.table)[1]
+
+
+@jit
+def _turn_at(t, drive, motion, out, hub):
+    """Return angle, speed and acceleration of the brush; out: the ramps at time t."""
+    if hub is not None:
+        return hub_at(t, motion, TURNING)
+    angle, speed, acceleration = _profile_of(t, drive, drive.table)
+    return (drive.start_angle + out[_RAMPED + 2] + angle, out[_RAMPED] + speed,
+            out[_RAMPED + 1] + acceleration)
+
+
+@jit
 def _basics_at(t, drive, motion, out):
     """Fill the scalars that the frame is made of, at time t."""
     for i in range(RAMPS):
         out[_RAMPED + 3 * i], out[_RAMPED + 3 * i + 1], out[_RAMPED + 3 * i + 2] = ramp_at(
             motion, RAMP * i, t)
-    angle, speed, acceleration = _profile_of(t, drive, drive.table)
-    out[0] = drive.start_angle + out[_RAMPED + 2] + angle
-    out[1] = out[_RAMPED] + speed
-    out[2] = out[_RAMPED + 1] + acceleration
+    out[0], out[1], out[2] = _turn_at(t, drive, motion, out, drive.hub)
     out[3] = out[_RAMPED + 5]
     out[4] = out[_RAMPED + 3]
     out[5] = out[_RAMPED + 4]

@@ -1,12 +1,13 @@
 """How a bristle gets from one moment to the next, and what is seen of it there."""
 # flake8: noqa: F401  what other rooms may use
 from .clearance import lowest_node
+from .driven import (advance_driven, attempt_share, begin_turn, board_torque, end_turn)
 from .energy import AUDIT, STRESS_MAX, STRESS_MIN
 from .equilibrium import settle
 from .newton import (AT_FINEST, CLAMP_INSIDE, COUNTS, FACTORISATIONS, FAILURES, move_nodes, NEWTON,
                      NO_CONVERGENCE, NOT_FINITE, SINGULAR_MATRIX, SPLIT, SUBSTEPS, TOO_MANY_POINTS,
                      UNFINISHED)
-from .records import Model, Room, Scratch, State
+from .records import Model, Room, Scratch, State, Turn
 from .scheme import generalized_alpha, hht, newmark, Scheme
 from .start import initialise
 from .stepping import advance, advance_alone, BATCH, fill_frames, FINEST, own_frame, PARTS

@@ -96,7 +96,7 @@ def _put_stress(row, corners, audit, f1, f2, f3, m1, m2, m3):
 
 
 @jit
-def _put_damping(s, model, viscosity, rows, by_time):
+def put_damping(s, model, viscosity, rows, by_time):
     """
     Put the stress that damping gives into STRESS0, with the strain rates in the rows from `rows`.
 
@@ -149,14 +149,14 @@ def _put_damping_force(model, viscosity, s, clamp, turns, row):
     """Store the damping force at the clamp; leave in STRESS0 the damping of mount_force."""
     row[DAMPING_FORCE:DAMPING_FORCE + 3] = 0.0
     if viscosity is not None:
-        _put_damping(s, model, viscosity, RATE0, 0.0)
+        put_damping(s, model, viscosity, RATE0, 0.0)
         internal_forces(s, model.blocks, clamp, model.section, 0.0, 0.0)
         f1, f2, f3, _, _, _ = clamp_reaction(s, clamp)
         _put_turned(row, DAMPING_FORCE, turns.c_back, turns.s_back, f1, f2, f3)
         if is_polygon(model):
             # the rates ring from step to step there, unless the scheme damps that; their mean
             # over the step is what the strains have changed by
-            _put_damping(s, model, viscosity, STRAIN0, 1.0 / model.its)
+            put_damping(s, model, viscosity, STRAIN0, 1.0 / model.its)
 
 
 @jit

@@ -46,6 +46,14 @@ class State(NamedTuple):
     audit: NDArray[np.float64]      # (B, AUDIT) energy accounts, where they are kept
 
 
+class Turn(NamedTuple):
+    """What a step of a brush whose drive feels its load needs to be made again: driven.py."""
+
+    hub: NDArray[np.float64]        # (HUB,) the hub's record before the step
+    torques: NDArray[np.float64]    # (B,) [N m] of each bristle's wires on the board
+    kept: State                     # what bristles are before the step; without their matrices
+
+
 class Bristle(NamedTuple):
     """One bristle's part of State, and its azimuth."""
 
