@@ -221,7 +221,8 @@ def new_room(model: Model) -> Room:
         np.zeros(most, np.int64), np.zeros(1, np.int64), np.zeros(most, np.int64),
         np.zeros((most, 3)), np.zeros((most, 3)), np.zeros((most, most, 9)),
         _aligned(most, 3, model.blocks, COLUMN), _aligned(model.blocks, BLOCK),
-        np.zeros((most, CONTACT)), np.zeros((2 * elements + 1, 3)),
+        np.zeros((most, CONTACT)), np.zeros((most, 3)), np.zeros(1),
+        np.zeros((2 * elements + 1, 3)),
         np.zeros((2 * elements + 1, 3)), np.zeros(elements, np.int64),
         np.zeros((elements, POINT)))
 

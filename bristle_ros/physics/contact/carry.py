@@ -29,13 +29,13 @@ from .search import descend, fill_line, gap_along, lowest_on, mark_near
 from .tip import BEFORE, GAP, LIVING, STATE, TANK
 
 # Points that share most of a node's mass answer almost as one, and sweeps over them hardly go on:
-# at the distance at which one ends the angle between two has a squared cosine of 0.92 (0.94 beside
+# at the distance at which one ends the angle between two has a squared cosine of 0.92 (0.997 beside
 # the tip). None is born nearer than twice that, so that none comes and goes in turn: each time
 # would cost what its spring stores.
 BORN_APART = 0.5    # [xi] from a neighbour's point
 ENDS_APART = 0.25
-BORN_INSIDE = 0.35  # [xi] from tip and clamp
-ENDS_INSIDE = 0.2
+BORN_INSIDE = 0.1   # [xi] from tip and clamp
+ENDS_INSIDE = 0.05
 MISSED = 1e-7       # [element lengths] below the road at which a point is born
 RELAXATION = 5e-3   # [s] over which a point's offset falls to 1/e
 MOST_AHEAD = 0.05   # [xi] by which a minimum is taken to move on in a step

@@ -86,6 +86,8 @@ class Room(NamedTuple):
     columns: NDArray[np.float64]    # (M, 3, blocks, COLUMN) what a force does to the nodes
     nodes: NDArray[np.float64]      # (blocks, BLOCK)
     records: NDArray[np.float64]    # (M, CONTACT) their records, to work in
+    change: NDArray[np.float64]     # (M, 3) [N] by which the last sweep changed each force
+    left: NDArray[np.float64]       # (1,) part that it left of the change before it
     line: NDArray[np.float64]       # (2 elements + 1, 3) [m] nodes from clamp to tip, surface axes
     begun: NDArray[np.float64]      # (2 elements + 1, 3) [m] the same at the step's start
     near: NDArray[np.int64]         # (elements,) 1: may be at the road
