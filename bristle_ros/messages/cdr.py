@@ -1,4 +1,4 @@
-"""Reads CDR, the bytes of a ROS 2 message, whoever wrote them."""
+"""Reads CDR, the bytes of a ROS 2 message, whoever wrote them; and writes it."""
 import struct
 from typing import Any
 
@@ -46,3 +46,25 @@ class CdrReader:
         (length,) = self._take('I', 4)
         (raw,) = self._take(f'{min(length, len(self._payload))}s', 1)
         return bytes(raw).rstrip(b'\x00').decode()
+
+
+class CdrWriter:
+    """CDR bytes that grow; each method returns the offset at which it wrote."""
+
+    def __init__(self) -> None:
+        self.raw = bytearray(b'\x00\x01\x00\x00')
+
+    def put(self, layout: str, *values: float) -> int:
+        """Write numbers of one struct layout character, aligned to their size."""
+        size = struct.calcsize(layout)
+        self.raw += bytes(-(len(self.raw) - 4) % size)
+        at = len(self.raw)
+        self.raw += struct.pack(f'<{len(values)}{layout}', *values)
+        return at
+
+    def text(self, text: str) -> int:
+        """Write a string."""
+        raw = text.encode() + b'\x00'
+        at = self.put('I', len(raw))
+        self.raw += raw
+        return at

@@ -1,23 +1,21 @@
 """
-What viewers draw: /tf and `bristle_markers` as CDR bytes, without ROS.
+What viewers draw: `bristle_markers` as CDR bytes, without ROS.
 
 Marker arrays are made from a template that is laid out once: each message is a copy in which
 stamps, points and actions are filled in. For 104 bristles of 25 nodes that takes 0.2 ms, where
 filling and serialising ROS's own classes takes 16 ms; a chunk is 5 ms.
 """
-from collections.abc import Callable
 import struct
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 from bristle_ros.scene import bristle_count, is_uneven, longest, reach, Scene, SurfaceMesher
-from bristle_ros.simulation import Pose, Snapshot
+from bristle_ros.simulation import Contacts, Pose, Snapshot
 import numpy as np
 from numpy.typing import NDArray
 
-from .cdr import CdrReader
-from .encode import BRUSH_FRAME, MOUNT_FRAME, ROAD_FRAME, TF, Topic, TRANSFORMS
+from .cdr import CdrWriter
+from .encode import MOUNT_FRAME, ROAD_FRAME
 
-TF_MODES = ('all', 'mount', 'none')     # of `run.publish_tf`
 FORCE_SCALE = 0.5       # [m/N] length of the arrows of contact forces,
 LONGEST = 1.0           # and their greatest length, in lengths of a bristle: impacts are high
 ROAD_THICKNESS = 1e-3   # [m] drawn, below the plane
@@ -32,79 +30,6 @@ _STONE = (0.55, 0.55, 0.52, 1.0)
 Numbers: TypeAlias = tuple[float, ...]
 
 
-class _Writer:
-    """CDR bytes that grow; each method returns the offset at which it wrote."""
-
-    def __init__(self) -> None:
-        self.raw = bytearray(b'\x00\x01\x00\x00')
-
-    def put(self, layout: str, *values: float) -> int:
-        """Write numbers of one struct layout character, aligned to their size."""
-        size = struct.calcsize(layout)
-        self.raw += bytes(-(len(self.raw) - 4) % size)
-        at = len(self.raw)
-        self.raw += struct.pack(f'<{len(values)}{layout}', *values)
-        return at
-
-    def text(self, text: str) -> int:
-        raw = text.encode() + b'\x00'
-        at = self.put('I', len(raw))
-        self.raw += raw
-        return at
-
-
-def encode_transforms(stamp: int, prefix: str, snapshot: Snapshot, mount: Pose,
-                      mode: Literal['all', 'mount', 'none']) -> bytes:
-    """
-    Return the TFMessage of `road` -> `brush_mount` -> `brush`.
-
-    mode : 'all', or 'mount' for the first of the two alone
-    mount : Pose
-    """
-    half = 0.5 * snapshot.theta
-    links = [(ROAD_FRAME, MOUNT_FRAME, mount.position.tolist(), mount.orientation)]
-    if mode == 'all':
-        spin = 0.0, 0.0, float(np.sin(half)), float(np.cos(half))
-        links.append((MOUNT_FRAME, BRUSH_FRAME, (0.0, 0.0, 0.0), spin))
-    writer = _Writer()
-    writer.put('I', len(links))
-    for parent, child, position, orientation in links:
-        writer.put('I', *divmod(stamp, 1_000_000_000))
-        writer.text(prefix + parent)
-        writer.text(prefix + child)
-        writer.put('d', *position, *orientation)
-    return bytes(writer.raw)
-
-
-def decode_transforms(payload: bytes) -> tuple[float, ...]:
-    """Return translation and rotation of both links of a logged TFMessage, 14 numbers."""
-    cdr = CdrReader(payload)
-    values: list[float] = []
-    for _ in range(cdr.count()):
-        cdr.stamp()
-        cdr.string()
-        cdr.string()
-        values += cdr.float64(7)
-    if len(values) != 14:
-        raise ValueError(f'{len(values)} numbers, must be 14')
-    return tuple(values)
-
-
-def _nowhere() -> Pose:
-    raise ValueError('to encode transforms takes the mount: give mount_now')
-
-
-def transforms_topic(prefix: str = '', mount_now: Callable[[], Pose] = _nowhere) -> Topic:
-    """Return the Topic of /tf in logs: both links; `mount_now()` is the mount's Pose."""
-    def encode(snapshot: Snapshot, stamp: int) -> bytes:
-        return encode_transforms(stamp, prefix, snapshot, mount_now(), 'all')
-
-    fields = tuple(f'transforms[{link}].{name}' for link in range(2) for name in (
-        *(f'transform.translation.{axis}' for axis in 'xyz'),
-        *(f'transform.rotation.{axis}' for axis in 'xyzw')))
-    return Topic(TRANSFORMS, TF, encode, decode_transforms, fields, (3, 4, 3, 4))
-
-
 class Markers:
     """
     The MarkerArray of a scene: bristles, road, contact forces.
@@ -115,21 +40,24 @@ class Markers:
       brush has gone on by an eighth of it; while the kerb approaches, its position moves
     - `contact_force`: for each bristle the force of the road at its tip as an ARROW of
       FORCE_SCALE, frame `brush_mount`. Every message says for each whether it is there (ADD) or
-      not (DELETE), so that none stays when a viewer misses a message.
+      not (DELETE), so that none stays when a viewer misses a message
+    - `wire_force`: the same for each point beside the tips at which the road touches; as many as
+      there have been at one time, those that are not in use DELETEd
     """
 
     def __init__(self, scene: Scene) -> None:
         self._bristles, nodes = bristle_count(scene), 2 * scene.solver.elements + 1
         self._longest = LONGEST * longest(scene)
-        self._writer = _Writer()
+        self._writer = CdrWriter()
         self._stamps: list[int] = []
         self._actions: list[int] = []
         self._positions: list[int] = []
-        ends: list[int] = []
-        prefix = scene.run.frame_prefix
+        self._arrows: list[int] = []    # offsets of their points: those at tips, then the others
+        self._sizes: list[int] = []     # of messages with so many of the others
+        self._prefix = prefix = scene.run.frame_prefix
         touches = scene.contact.enabled
-        width = max(scene.bristle.breadth, 1e-3)
-        self._writer.put('I', 1 + touches * (1 + self._bristles))
+        self._width = width = max(scene.bristle.breadth, 1e-3)
+        self._writer.put('I', 1 + touches)
         # A strip for each bristle would save a third of the bytes, take as long to fill, and cost
         # a viewer an object each.
         lines = 2 * (nodes - 1) * self._bristles
@@ -141,12 +69,35 @@ class Markers:
         if touches:
             self._road = self._lay_road(scene)
             self._actions.clear()
-            for bristle_id in range(self._bristles):
-                ends.append(self._marker(prefix + MOUNT_FRAME, 'contact_force', bristle_id, ARROW,
-                                         (width, 3.0 * width, 0.0), _RED, 2))
+            self._lay_arrows('contact_force', range(self._bristles))
+        self._lay_out()
+        self._sizes.append(self._template.size)
+
+    def _lay_arrows(self, namespace: str, numbers: range) -> None:
+        for number in numbers:
+            self._arrows.append(self._marker(
+                self._prefix + MOUNT_FRAME, namespace, number, ARROW,
+                (self._width, 3.0 * self._width, 0.0), _RED, 2))
+        put_count = struct.unpack_from('<I', self._writer.raw, 4)[0] + len(numbers)
+        struct.pack_into('<I', self._writer.raw, 4, put_count)
+
+    def _lay_out(self) -> None:
+        """Make the template of what has been laid out."""
         self._template = np.frombuffer(self._writer.raw, dtype=np.uint8).copy()
         self._stamp_bytes = np.add.outer(self._stamps, np.arange(8))
-        self._ends = np.add.outer(ends, np.arange(48)).astype(np.intp)
+        self._ends = np.add.outer(self._arrows, np.arange(48)).astype(np.intp)
+
+    def _lay_for(self, count: int) -> None:
+        """Have arrows for so many points beside the tips; the offsets before stay."""
+        there = len(self._arrows) - self._bristles
+        if count <= there:
+            return
+        before = self._template
+        for number in range(there, count):
+            self._lay_arrows('wire_force', range(number, number + 1))
+            self._sizes.append(len(self._writer.raw))
+        self._lay_out()
+        self._template[8:before.size] = before[8:]     # a mesh may be in it
 
     def _lay_road(self, scene: Scene) -> int:
         """Lay the road out; return the offset of its position."""
@@ -190,13 +141,15 @@ class Markers:
         return at
 
     def encode(self, stamp: int, snapshot: Snapshot, centreline: NDArray[np.float64],
-               mount: Pose) -> bytes:
+               mount: Pose, contacts: Contacts | None = None) -> bytes:
         """
         Return the array's bytes.
 
         centreline : (B, nodes, 3) [m] from clamp to tip, mount axes
-        mount : Pose
+        mount : Pose;  contacts : Contacts beside the tips
         """
+        if contacts is not None and self._road is not None:
+            self._lay_for(len(contacts.bristle))
         if self._mesher is not None:
             self._renew_mesh(self._mesher, mount)
         raw = self._template.copy()
@@ -209,15 +162,27 @@ class Markers:
             if self._mesher is None:
                 place = np.array((*mount.position[:2], -0.5 * ROAD_THICKNESS))
             raw[self._road:self._road + 24] = _bytes(place)
-            forces = snapshot.tip_force @ mount.rotation
+            forces, starts = snapshot.tip_force, snapshot.tip_position_mount
+            if len(self._arrows) > self._bristles:
+                forces, starts = self._with_points(forces, starts, contacts)
+            forces = forces @ mount.rotation
             sizes = np.sqrt(np.einsum('ij,ij->i', forces, forces))
             scale = FORCE_SCALE * np.minimum(
                 1.0, self._longest / np.maximum(FORCE_SCALE * sizes, 1e-300))
-            tips = snapshot.tip_position_mount
-            arrows = np.stack((tips, tips + scale[:, None] * forces), axis=1)
-            raw[self._ends] = _bytes(arrows).reshape(self._bristles, 48)
+            arrows = np.stack((starts, starts + scale[:, None] * forces), axis=1)
+            raw[self._ends] = _bytes(arrows).reshape(-1, 48)
             raw[self._actions] = np.where(sizes > 0.0, ADD, DELETE)  # their lowest byte
         return raw.tobytes()
+
+    def _with_points(self, forces: NDArray[np.float64], starts: NDArray[np.float64],
+                     contacts: Contacts | None
+                     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return forces and their places with those beside the tips, 0 where there is none."""
+        rest = np.zeros((2, len(self._arrows) - self._bristles, 3))
+        if contacts is not None:
+            rest[0, :len(contacts.force)] = contacts.force
+            rest[1, :len(contacts.place)] = contacts.place
+        return np.concatenate((forces, rest[0])), np.concatenate((starts, rest[1]))
 
     def _renew_mesh(self, mesher: SurfaceMesher, mount: Pose) -> None:
         """Put the surface around the mount into the template, where it is not there yet."""
@@ -227,41 +192,40 @@ class Markers:
             self._template[self._mesh] = _bytes(mesh.points()[mesh.triangles()]).ravel()
 
     def decode(self, payload: bytes
-               ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+               ) -> tuple[NDArray[np.float64], NDArray[np.float64], float,
+                          tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """
-        Return what `encode` was given: centreline, force on each wire in mount axes, mount.kerb.
+        Return what `encode` was given: centreline, force at each tip in mount axes, mount.kerb.
 
         Shapes (B, nodes, 3), (B, 3), (); the last one is known where the road is not level, else
-        0.
+        0. Then places and forces beside the tips, mount axes, (k, 3) each.
 
         A force whose arrow would be too long has the length that it was drawn with. Raises
         ValueError for the message of another scene.
         """
         raw = np.frombuffer(payload, dtype=np.uint8)
-        if not 0 <= raw.size - self._template.size < 4:     # a middleware may fill it up to four
-            raise ValueError(f'{raw.size} bytes, must be {self._template.size}')
+        beside = 0
+        if self._road is not None and raw.size > self._sizes[0]:
+            (count,) = struct.unpack_from('<I', payload, 4)
+            beside = max(0, min(count, raw.size // 48) - 2 - self._bristles)
+            self._lay_for(beside)
+        if not 0 <= raw.size - self._sizes[beside] < 4:     # a middleware may fill it up to four
+            raise ValueError(f'{raw.size} bytes, must be {self._sizes[beside]}')
         pairs = raw[self._lines].view('<f8').reshape(self._bristles, -1, 2, 3)
         line = np.concatenate((pairs[:, :1, 0], pairs[:, :, 1]), axis=1)
         force, kerb = np.zeros((self._bristles, 3)), 0.0
         if self._mesher is not None and self._road is not None:
             kerb = float(raw[self._road + 8:self._road + 16].view('<f8')[0])
+        points = np.zeros((2, 0, 3))
         if self._road is not None:
-            ends = raw[self._ends].view('<f8').reshape(self._bristles, 2, 3)
-            there = raw[self._actions] == ADD
-            force[there] = (ends[there, 1] - ends[there, 0]) / FORCE_SCALE
-        return line, force, kerb
-
-
-def decode_pose(payload: bytes, prefix: str) -> tuple[float, ...] | None:
-    """Return position and quaternion x, y, z, w of `brush_mount` on the road, if it is told."""
-    cdr = CdrReader(payload)
-    for _ in range(cdr.count()):
-        cdr.stamp()
-        cdr.string()
-        child, values = cdr.string(), cdr.float64(7)
-        if child == prefix + MOUNT_FRAME:
-            return values
-    return None
+            arrows = self._bristles + beside
+            ends = raw[self._ends[:arrows]].view('<f8').reshape(-1, 2, 3)
+            there = raw[self._actions[:arrows]] == ADD
+            forces = np.where(there[:, None], (ends[:, 1] - ends[:, 0]) / FORCE_SCALE, 0.0)
+            force, others = np.split(forces, [self._bristles])
+            used = there[self._bristles:]
+            points = np.stack((ends[self._bristles:, 0][used], others[used]))
+        return line, force, kerb, (points[0], points[1])
 
 
 def _bytes(values: NDArray[np.float64]) -> NDArray[np.uint8]:

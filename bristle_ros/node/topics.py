@@ -1,6 +1,8 @@
 """What the node publishes: bytes from `messages`, and only what somebody listens to."""
 from bristle_ros.log import head_of
-from bristle_ros.messages import encode as messages, SCENE, view as messages_view
+from bristle_ros.messages import (encode as messages, encode_transforms, SCENE,
+                                  view as messages_view)
+from bristle_ros.simulation import wire_contacts
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -100,7 +102,7 @@ class Outputs:
                 publisher.publish(encode(snapshot, stamp))
         # Transforms first: a viewer can place a marker when it has them.
         if self._tf is not None and self._tf.get_subscription_count():
-            self._tf.publish(messages_view.encode_transforms(
+            self._tf.publish(encode_transforms(
                 stamp, self._frame_prefix, snapshot, mount, self._transforms))
         if self._marker_rate and (clock or now >= self._markers_due) and (
                 self._markers.get_subscription_count()):
@@ -108,8 +110,9 @@ class Outputs:
             in_turn = self._markers_due + period
             self._markers_due = in_turn if in_turn > now else now + period
             self._layout = self._layout or messages_view.Markers(self._scene)
+            line = simulation.centreline()
             self._markers.publish(self._layout.encode(
-                stamp, snapshot, simulation.centreline(), mount))
+                stamp, snapshot, line, mount, wire_contacts(simulation, line)))
 
     def tell_time(self, step):
         """Publish /clock, if this node is its master."""

@@ -6,6 +6,7 @@ from bristle_ros.lazy import lazily
 if TYPE_CHECKING:
     from .commands import (check_command as check_command, CommandRefused as CommandRefused,
                            Values as Values, values_of as values_of)
+    from .contacts import Contacts as Contacts, wire_contacts as wire_contacts
     from .equilibrium import static_equilibrium as static_equilibrium
     from .model import (new_scratch as new_scratch, viscosity_of as viscosity_of,
                         WORST_ERROR as WORST_ERROR)
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 __getattr__, __dir__ = lazily(__name__, {
     'commands': ['check_command', 'CommandRefused', 'Values', 'values_of'],
+    'contacts': ['Contacts', 'wire_contacts'],
     'equilibrium': ['static_equilibrium'],
     'model': ['new_scratch', 'viscosity_of', 'WORST_ERROR'],
     'mount_path': ['MountPath', 'Pose'],

@@ -37,7 +37,7 @@ class Outbox:
                            trail_of(chunk.last, chunk.mount, self._tracked)))
         if self._wanted:
             self._wanted = False
-            self._frame = frame_of(chunk.last, simulation.centreline(), chunk.mount)
+            self._frame = frame_of(simulation, chunk.last, chunk.mount)
 
     def wait(self):
         """Wait until the next frame is due."""

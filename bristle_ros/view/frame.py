@@ -10,18 +10,22 @@ TRACKED = 13    # bristles whose tips leave a trail, at most
 COLUMNS = ('t', 'omega', 'normal_force', 'torque', 'power', 'stress')
 
 
+NOWHERE = np.zeros((0, 3), np.float32)
+
+
 class Frame(NamedTuple):
     """The brush at one instant; B bristles of n nodes."""
 
     t: float                    # [s] simulation time
     theta: float                # [rad] angle of the brush
     centreline: np.ndarray      # [m] (B, n, 3) from clamp to tip, mount axes
-    force: np.ndarray           # [N] (B, 3) of the road on one wire, mount axes
+    force: np.ndarray           # [N] (B, 3) of the road on one wire's tip, mount axes
     mount: np.ndarray           # [m] (3,) mount centre, road axes
     orientation: tuple          # of the mount on the road: quaternion x, y, z, w
     stress: object = None       # [Pa] (B,) largest size at a clamp's corners; None: not known
     exact: bool = True          # False: the wires are drawn straight, they are not known
     kerb: float = 0.0           # [m] how much further to the left the gutter still is
+    beside: tuple = (NOWHERE, NOWHERE)  # where wires touch beside tips [m], and forces [N]: (k, 3)
 
 
 class Status(NamedTuple):
@@ -73,12 +77,17 @@ def trail_of(snapshot, mount, bristles):
     return points
 
 
-def frame_of(snapshot, centreline, mount):
-    """Return the Frame of a snapshot; mount: its Pose over the road."""
+def frame_of(simulation, snapshot, mount):
+    """Return the Frame of the present state and its snapshot; mount: its Pose over the road."""
+    from bristle_ros.simulation import wire_contacts    # what draws a page does without numba
+    centreline = simulation.centreline()
+    contacts = wire_contacts(simulation, centreline)
     return Frame(
         snapshot.t, snapshot.theta, centreline.astype(np.float32),
         (snapshot.tip_force @ mount.rotation).astype(np.float32), mount.position,
-        mount.orientation, stress_of(snapshot).astype(np.float32), kerb=mount.kerb)
+        mount.orientation, stress_of(snapshot).astype(np.float32), kerb=mount.kerb,
+        beside=(contacts.place.astype(np.float32),
+                (contacts.force @ mount.rotation).astype(np.float32)))
 
 
 def resting_pose(scene):

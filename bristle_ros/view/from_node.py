@@ -2,7 +2,8 @@
 import time
 
 from bristle_ros.log import scene_of
-from bristle_ros.messages import decode_diagnostics, encode as messages, TOPICS, view
+from bristle_ros.messages import (decode_diagnostics, decode_pose, encode as messages, TOPICS,
+                                  view)
 from bristle_ros.scene import bristle_count, SceneError
 from bristle_ros.simulation import check_command
 import numpy as np
@@ -49,7 +50,7 @@ class NodeSource:
             return Update(None, np.empty((0, len(COLUMNS))), np.empty((0, 1, 3)), Status(
                 'waiting', late=None, error=None, text=f'waiting for {self._watch.name}'))
         for payload in self._watch.take(messages.TRANSFORMS):
-            self._pose = view.decode_pose(payload, self.scene.run.frame_prefix) or self._pose
+            self._pose = decode_pose(payload, self.scene.run.frame_prefix) or self._pose
         for payload in self._watch.take('contact_wrench'):
             self._wrench = np.array(_DECODE['contact_wrench'](payload)[:3])
         rows = np.array([self._row(payload) for payload in self._watch.take('joint_states')])
@@ -70,11 +71,11 @@ class NodeSource:
         frame, trail = None, []
         for payload in self._watch.take('bristle_markers'):
             try:
-                line, force, kerb = self._markers.decode(payload)
+                line, force, kerb, beside = self._markers.decode(payload)
             except ValueError:
                 continue    # of the scene before
             frame = Frame(self._last, self._theta, line.astype(np.float32), force,
-                          np.array(self._pose[:3]), self._pose[3:], kerb=kerb)
+                          np.array(self._pose[:3]), self._pose[3:], kerb=kerb, beside=beside)
             tips = frame.mount + line[self._tracked, -1] @ rotation_of(self._pose[3:]).T
             tips[~force[self._tracked].any(axis=1)] = np.nan
             trail.append(tips)

@@ -118,7 +118,7 @@ class LogRun:
         driver.schedule([event for _, event in read_commands(self._path, driver.its)])
         bristles, batch = tracked(bristle_count(scene)), []
         for chunk in _chunks(driver, self._logged.duration, _stride(scene, self._logged)):
-            batch.append((frame_of(chunk.last, driver.simulation.centreline(), chunk.mount),
+            batch.append((frame_of(driver.simulation, chunk.last, chunk.mount),
                           trail_of(chunk.last, chunk.mount, bristles)))
             if len(batch) == BATCH:
                 yield batch

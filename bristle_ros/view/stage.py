@@ -106,13 +106,15 @@ class Stage:
 
     def _show_forces(self, frame):
         wires = self._scene.brush.wires_per_bristle
-        size = wires * np.sqrt(np.einsum('ij,ij->i', frame.force, frame.force))
+        places, forces = (np.concatenate(parts) for parts in zip(
+            (frame.centreline[:, -1], frame.force), frame.beside))
+        size = wires * np.sqrt(np.einsum('ij,ij->i', forces, forces))
         there = size > 0.0
         longest = LONGEST * self._longest
         scale = wires * FORCE_SCALE * np.minimum(
             1.0, longest / np.maximum(FORCE_SCALE * size[there], 1e-30))
-        tips = frame.centreline[there, -1]
-        points = np.stack((tips, tips + scale[:, None] * frame.force[there]), axis=1)
+        places = places[there]
+        points = np.stack((places, places + scale[:, None] * forces[there]), axis=1)
         if self._arrows is None:
             if not len(points):
                 return

@@ -1,8 +1,10 @@
 """What viewers draw: bytes against two other encoders, geometry against the simulation."""
-from bristle_ros.messages import encode as messages, view as messages_view
+from bristle_ros.messages import (encode as messages, encode_transforms, transforms_topic,
+                                  view as messages_view)
 from bristle_ros.physics.contact.tip import GAP
 from bristle_ros.scene.error import SceneError
 from bristle_ros.scene.scene import from_parameters
+from bristle_ros.simulation import wire_contacts
 from bristle_ros.simulation.mount_path import MountPath, Pose
 from bristle_ros.simulation.simulation import Simulation
 from examples import random_snapshot
@@ -81,6 +83,45 @@ def test_what_the_markers_show():
     np.testing.assert_allclose((end - start) / 0.24 * np.linalg.norm(forces[2]), [0, -3, 400])
 
 
+def test_an_arrow_for_each_contact_beside_the_tips():
+    """Where a wire lies: on the road, all of its force; a layout keeps as many as there were."""
+    scene = scene_of(**{
+        'solver.elements': 12, 'brush.bristle_count': 3, 'road.penetration': 0.16,
+        'road.approach_time': 0.02, 'damping.stiffness': 1e-3})
+    simulation, path, layout = Simulation(scene), MountPath(scene), messages_view.Markers(scene)
+    counts, payloads = [], []
+    for _ in range(12):
+        simulation.advance(50)
+        snapshot, pose = simulation.snapshot(), path.follow(simulation, 0)
+        line = simulation.centreline()
+        contacts = wire_contacts(simulation, line)
+        counts.append(len(contacts.bristle))
+        total = np.zeros((3, 3))
+        np.add.at(total, contacts.bristle, contacts.force)
+        np.testing.assert_allclose(total + snapshot.tip_force, snapshot.contact_force, atol=1e-12)
+        heights = pose.position[2] + contacts.place @ pose.rotation[2]
+        assert np.abs(heights).max(initial=0.0) < 5e-4      # the spring gives by N / Kn
+        payloads.append(layout.encode(STAMP, snapshot, line, pose, contacts))
+        arrows = [marker for marker in deserialize_message(payloads[-1], MarkerArray).markers
+                  if marker.ns == 'wire_force']
+        assert len(arrows) == max(counts)
+        assert [arrow.action for arrow in arrows] == [Marker.ADD] * counts[-1] + [
+            Marker.DELETE] * (max(counts) - counts[-1])
+        for arrow, place, force in zip(arrows, contacts.place, contacts.force @ pose.rotation):
+            start, end = points(arrow)
+            np.testing.assert_array_equal(start, place)
+            size = min(0.24, messages_view.FORCE_SCALE * np.linalg.norm(force))
+            np.testing.assert_allclose(end - start, size * force / np.linalg.norm(force),
+                                       atol=1e-15)
+    assert counts[0] == 0
+    assert max(counts) > 3
+    reader = messages_view.Markers(scene)       # reads what has many, and then few of them
+    for count, payload in zip(reversed(counts), reversed(payloads)):
+        assert len(reader.decode(payload)[3][0]) == count
+    with pytest.raises(ValueError, match='bytes, must be'):
+        reader.decode(payloads[-1][:-60])
+
+
 def test_markers_show_the_surface_where_the_tips_touch_it():
     """In the frame `road`, while the base moves along, a kerb approaches and the brush turns."""
     scene = scene_of(**{
@@ -134,7 +175,7 @@ def distance_to(triangles, point):
 @pytest.mark.parametrize('prefix', ['', 'left/'])
 def test_transform_bytes_are_those_of_rosbags(mode, links, prefix):
     snapshot = random_snapshot(6)
-    payload = messages_view.encode_transforms(STAMP, prefix, snapshot, POSE, mode)
+    payload = encode_transforms(STAMP, prefix, snapshot, POSE, mode)
     read = STORE.deserialize_cdr(payload, messages.TF)
     assert bytes(STORE.serialize_cdr(read, messages.TF)) == payload
     assert [(one.header.frame_id, one.child_frame_id) for one in read.transforms] == [
@@ -149,7 +190,7 @@ def test_transform_bytes_are_those_of_rosbags(mode, links, prefix):
 
 
 def test_logged_transforms_come_back_and_mangled_ones_are_refused():
-    topic = messages_view.transforms_topic('left/', lambda: POSE)
+    topic = transforms_topic('left/', lambda: POSE)
     payload = topic.encode(random_snapshot(6), STAMP)
     message = STORE.deserialize_cdr(payload, messages.TF)
     values = topic.decode(payload)

@@ -16,7 +16,8 @@ from bristle_ros.log.file import McapFile
 from bristle_ros.log.reader import McapReader, Message, Metadata
 from bristle_ros.log.recording import logged_commands, Recording
 from bristle_ros.log.writer import Log
-from bristle_ros.messages import encode as messages, view as messages_view
+from bristle_ros.messages import encode as messages
+from bristle_ros.messages.transforms import decode_transforms
 from bristle_ros.realtime.driver import Driver, Event
 from bristle_ros.scene.error import SceneError
 from bristle_ros.scene.scene import from_parameters, to_parameters
@@ -163,7 +164,7 @@ def test_a_frame_that_is_elsewhere_and_another_description_are_found(logged, tmp
     def moved(kept):
         at = [at for at, one in enumerate(kept) if one.channel.topic == '/tf'][20]
         data = kept[at].data
-        x, *_ = messages_view.decode_transforms(data)
+        x, *_ = decode_transforms(data)
         place = data.index(struct.pack('<d', x))
         kept[at] = kept[at]._replace(
             data=data[:place] + struct.pack('<d', next_float(x)) + data[place + 8:])

@@ -27,17 +27,17 @@ def scene():
 
 @pytest.fixture(scope='module')
 def shown(scene):
-    """Return (chunk, its centreline) after 0.1 s, with wires on the road and wires in the air."""
+    """Return (chunk, its simulation) after 0.1 s, with wires on the road and wires in the air."""
     driver = Driver(Simulation(scene), paced=False)
     driver.mount = MountPath(scene)
     chunk = driver.run_chunk(100)
     assert 0 < np.count_nonzero(chunk.last.contact_force[:, 2]) < 8
-    return chunk, driver.simulation.centreline()
+    return chunk, driver.simulation
 
 
 def test_a_frame_puts_wires_where_the_tips_are(scene, shown):
-    chunk, line = shown
-    frame = frame_of(chunk.last, line, chunk.mount)
+    chunk, simulation = shown
+    frame = frame_of(simulation, chunk.last, chunk.mount)
     np.testing.assert_allclose(frame.centreline[:, -1], chunk.last.tip_position_mount, atol=1e-7)
     on_road = frame.mount + frame.centreline[:, -1] @ rotation_of(frame.orientation).T
     heights = on_road[chunk.last.contact_force[:, 2] > 0.0, 2]
@@ -65,10 +65,11 @@ def test_trails_are_on_the_road_or_nowhere(scene, shown):
 
 
 def test_markers_say_the_same_again(scene, shown):
-    chunk, line = shown
+    chunk, simulation = shown
+    line = simulation.centreline()
     markers = Markers(scene)
     payload = markers.encode(1, chunk.last, line, chunk.mount)
-    again, force, _ = markers.decode(payload + bytes(3))   # as some middlewares hand it on
+    again, force, *_ = markers.decode(payload + bytes(3))   # as some middlewares hand it on
     np.testing.assert_array_equal(again, line)
     drawn = chunk.last.contact_force @ chunk.mount.rotation
     longest = scene.bristle.length / 0.5        # [N] an arrow is no longer than a wire

@@ -28,10 +28,10 @@ from .point import ALIVE, LOWEST, MOST, OFFSET, POINT, XI
 from .search import descend, fill_line, gap_along, lowest_on, mark_near
 from .tip import BEFORE, GAP, LIVING, STATE, TANK
 
-# Points that share most of a node's mass answer almost as one, and sweeps over them hardly go on:
-# at the distance at which one ends the angle between two has a squared cosine of 0.92 (0.997 beside
-# the tip). None is born nearer than twice that, so that none comes and goes in turn: each time
-# would cost what its spring stores.
+# Points that share most of a node's mass answer almost as one, and sweeps over them leave most of
+# what is missing: the squared cosine of the angle between two, 0.92 at the distance at which one
+# ends, 0.997 beside the tip. None is born nearer than twice that, so that none comes and goes in
+# turn: each time would cost what its spring stores.
 BORN_APART = 0.5    # [xi] from a neighbour's point
 ENDS_APART = 0.25
 BORN_INSIDE = 0.1   # [xi] from tip and clamp

@@ -11,9 +11,9 @@ own compliance W_pp, the others' forces held: block Gauss-Seidel, as in nonsmoot
 chain, K being positive definite, and so ends; with friction it is capped. Two points that share a
 node's mass answer almost as one, and each sweep leaves the same part of what was missing: the sum
 of that geometric series is added now and then (Aitken's extrapolation, by the vectors' Rayleigh
-quotient), and sweeps judge what came out. Where the sweeps do not end, or one point has no solution (friction jams), the forces stay and the step goes the way of all
-failures: a new matrix, then half the step, which makes W nearly diagonal (inertia), and at last a
-status.
+quotient), and sweeps judge what came out. Where the sweeps do not end, or one point has no
+solution (friction jams), the forces stay and the step goes the way of all failures: a new matrix,
+then half the step, which makes W nearly diagonal (inertia), and at last a status.
 """
 from bristle_ros.physics.compiler import jit, load8, store8
 from bristle_ros.physics.motion import HEIGHT_RATE, ROTATION, SPIN, VELOCITY
