@@ -37,8 +37,9 @@ PUBLISHED = {
                     '+z',
     'bristle_markers': 'bristles (lines), road (a plate under the brush; where that is not level, '
                        'faces of the surface near it) and the contact force wherever a wire '
-                       'touches, at its tip or along it (arrows, 0.5 m/N, at most a bristle long); made only '
-                       'while somebody subscribes, `run.marker_rate` times a second',
+                       'touches, at its tip or along it (arrows, 0.5 m/N, at most a bristle '
+                       'long); made only while somebody subscribes, `run.marker_rate` times a '
+                       'second',
     '/tf': '`road` to `brush_mount` to `brush`, see `run.publish_tf`; `road` has its origin below '
            "the sweeper's base at the start; made only while somebody subscribes, and only where "
            'tf2_msgs is installed',

@@ -9,11 +9,12 @@ where that has a point next to it already. Else it ends only once it is open.
 Who owns the stored energy: the point, whatever its place; its law sees the true gap plus OFFSET.
 At a new place the true gap is another, and what the spring stores with it: the difference comes
 from a tank, which keeps what contact has taken from the wire in excess: places that are higher,
-points that end, the stopping of points and tip (finish_contact). Where the tank is empty the law's
-gap stays as it was and OFFSET grows; where it is not, offsets fall to 0 over RELAXATION. Taken
-over the run, contact so gives nothing, and the road does not yield from step to step: with gaps of
-the law that never fall, and no tank, a wire at rest walked down through the road in a second.
-Rigid roads store nothing, and no price of a lower place is known beforehand: the law's gap stays.
+points that end, the stopping of points and tip (finish_contact), and for one step a part of what
+friction took in it. Where the tank is empty the law's gap stays as it was and OFFSET grows; where
+it is not, offsets fall to 0 over RELAXATION. Over a run contact and friction so give nothing, and
+the road does not yield from step to step: with gaps of the law that never fall, and no tank, a
+wire at rest walked down through the road in a second. Rigid roads store nothing, and no price of a
+lower place is known beforehand: the law's gap stays.
 
 The place is the minimum's in the middle of the step, by its motion over the last one: its gap is
 the same at the end of one step and at the start of the next, to third order.
@@ -26,18 +27,19 @@ from bristle_ros.physics.wire import X, X0
 from .law import OPEN, spring_energy
 from .point import ALIVE, LOWEST, MOST, OFFSET, POINT, XI
 from .search import descend, fill_line, gap_along, lowest_on, mark_near
-from .tip import BEFORE, GAP, LIVING, STATE, TANK
+from .tip import BEFORE, FORCE, GAP, LIVING, SLIP_MOVED, STATE, TANK
 
 # Points that share most of a node's mass answer almost as one, and sweeps over them leave most of
 # what is missing: the squared cosine of the angle between two, 0.92 at the distance at which one
 # ends, 0.997 beside the tip. None is born nearer than twice that, so that none comes and goes in
 # turn: each time would cost what its spring stores.
-BORN_APART = 0.5    # [xi] from a neighbour's point
-ENDS_APART = 0.25
+BORN_APART = 0.1    # [xi] from a neighbour's point
+ENDS_APART = 0.05
 BORN_INSIDE = 0.1   # [xi] from tip and clamp
 ENDS_INSIDE = 0.05
 MISSED = 1e-7       # [element lengths] below the road at which a point is born
 RELAXATION = 5e-3   # [s] over which a point's offset falls to 1/e
+RUBBED = 0.5        # of the friction's work in a step that may go into offsets
 MOST_AHEAD = 0.05   # [xi] by which a minimum is taken to move on in a step
 STRIDE = 0.25       # of xi, of the search for a minimum
 
@@ -160,19 +162,34 @@ def _settle(law, point, gap, h, tank):
 
 
 @jit
+def rubbed(law, points):
+    """Return what friction and damping at the points have taken in a converged step [J]."""
+    total = 0.0
+    for e in range(points.shape[0]):
+        point = points[e]
+        if point[ALIVE] > 0.0 and point[STATE] != OPEN:
+            total += spring_energy(law.stiffness, point[BEFORE])
+            total -= spring_energy(law.stiffness, point[GAP])
+            for i in range(3):
+                total -= point[FORCE + i] * point[SLIP_MOVED + i]
+    return max(total, 0.0)
+
+
+@jit
 def carry_points(bristle, law, surface, h, end, taken, scratch):
     """
     Move the points on, at the end of a step of length h; return the energy that this loses [J].
 
     end : (FRAME,)      frame record of the step's end; the positions are in X0 already
-    taken [J] : float   what stopping points and tip has taken in the step
+    taken [J] : (2,)    what stopping points and tip has taken in the step, and what was `rubbed`
     """
     s, points, tip = bristle.nodes, bristle.points, bristle.tip
     elements, sums = points.shape[0], scratch.contact[8]
     line = scratch.room.line
     fill_line(s, X0, elements, end, line)
     lost = 0.0
-    tank = tip[TANK] + taken
+    kept = tip[TANK] + taken[0]
+    tank = kept + RUBBED * taken[1]
     done = -1
     for e in range(elements):
         if points[e, ALIVE] == 0.0 or e <= done:
@@ -185,6 +202,7 @@ def carry_points(bristle, law, surface, h, end, taken, scratch):
             tip[LIVING] -= 1.0
             stored = spring_energy(law.stiffness, points[e, GAP])
             tank += stored
+            kept += stored
             lost += stored
             continue
         if to != e:
@@ -202,7 +220,7 @@ def carry_points(bristle, law, surface, h, end, taken, scratch):
         cost = _settle(law, point, gap_along(surface, line, to, xi, sums)[0], h, tank)
         tank -= cost
         lost -= cost
-    tip[TANK] = tank
+    tip[TANK] = min(tank, kept)
     return lost
 
 

@@ -4,7 +4,7 @@ from .clearance import lowest_node
 from .driven import (advance_driven, attempt_share, begin_turn, board_torque, end_turn)
 from .energy import AUDIT, STRESS_MAX, STRESS_MIN
 from .equilibrium import settle
-from .newton import (AT_FINEST, CLAMP_INSIDE, COUNTS, FACTORISATIONS, FAILURES, move_nodes, NEWTON,
+from .newton import (AT_FINEST, CLAMP_INSIDE, COUNTS, FACTORISATIONS, FAILURES, NEWTON,
                      NO_CONVERGENCE, NOT_FINITE, SINGULAR_MATRIX, SPLIT, SUBSTEPS, TOO_MANY_POINTS,
                      UNFINISHED)
 from .records import Model, Room, Scratch, State, Turn

@@ -3,10 +3,10 @@ from bristle_ros.physics.compiler import jit
 from bristle_ros.physics.contact import FORCE, GAP, rotate, rotate_back
 from bristle_ros.physics.motion import CLAMP, HEIGHT, ROTATION
 from bristle_ros.physics.wire import (add_air, CORNER, eliminate, factorise, HA, HV,
-                                      internal_forces, INVERSE, LANES, OK, pseudo_step, Q, R,
-                                      residual, substitute, tip_lane, X, X0)
+                                      internal_forces, INVERSE, LANES, move_nodes, OK,
+                                      pseudo_step, Q, R, residual, substitute, tip_lane, X, X0)
 
-from .newton import move_nodes, NO_CONVERGENCE
+from .newton import NO_CONVERGENCE
 from .records import bristle_of
 
 PSEUDO_STEPS = 400

@@ -4,7 +4,6 @@ One step by Newton's method with a frozen matrix, which either converges or leav
 The matrix is factorised in the nodes' own axes and kept as long as it pays: see `judge_matrix`.
 With the section force as an unknown of its own (wire/section_force) that is for many steps.
 """
-from math import sqrt
 from typing import NamedTuple
 
 from bristle_ros.physics.compiler import inlined, jit
@@ -15,9 +14,10 @@ from bristle_ros.physics.contact import (begin_contact, CONTRACTION, correct_con
 from bristle_ros.physics.motion import CLAMP, ROTATION
 from bristle_ros.physics.wire import (accept_damping, accept_section_forces, accept_step,
                                       add_air, add_excess, begin_section_forces, begin_step,
-                                      eliminate, factorise, internal_forces, LANES, local_error,
-                                      MASS, OK, predict_damping, Q, R, rescale_memory, residual,
-                                      strains, substitute, tip_lane, update_section_forces, X)
+                                      eliminate, factorise, internal_forces, LANES, largest_turn,
+                                      local_error, MASS, move_nodes, OK, predict_damping,
+                                      rescale_memory, residual, strains, substitute, tip_lane,
+                                      update_section_forces)
 
 from .energy import account_step, DISSIPATED
 from .scheme import newton_tolerance, step_coefficients
@@ -27,6 +27,8 @@ from .touching import (begin_touch, correct_points, end_touch, give_up_points, m
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
 SLOW = 0.4              # contraction above which the matrix is factorised anew at once
+FARTHEST = 1.0          # [rad] that a node may turn in a step in the brush's axes
+SUSPECT = 6             # iterations after which what they end in may be another solution
 WORTH = 3.0             # iterations that cost what a matrix costs, measured
 # what the second correction is of the first one, where there is no second one to tell
 UNKNOWN = 0.1           # after a new matrix
@@ -51,49 +53,6 @@ FAILURES = 3
 SPLIT = 4       # integration steps taken in sub-steps
 AT_FINEST = 5   # of these, in sub-steps as short as the error estimate may ask for
 COUNTS = 6
-
-
-@jit
-def move_nodes(s, blocks, element_length):
-    """Apply the increments in the residual rows; return the largest (element length, 1 rad)."""
-    largest = 0.0
-    inverse = 1.0 / element_length
-    for j in range(blocks):
-        for i in range(LANES):
-            u1, u2, u3 = s[j, R * LANES + i], s[j, (R + 1) * LANES + i], s[j, (R + 2) * LANES + i]
-            t1 = s[j, (R + 3) * LANES + i]
-            t2 = s[j, (R + 4) * LANES + i]
-            t3 = s[j, (R + 5) * LANES + i]
-            q0 = s[j, Q * LANES + i]
-            q1 = s[j, (Q + 1) * LANES + i]
-            q2 = s[j, (Q + 2) * LANES + i]
-            q3 = s[j, (Q + 3) * LANES + i]
-            s[j, R * LANES + i] = inverse * inverse * (u1 * u1 + u2 * u2 + u3 * u3) + (
-                t1 * t1 + t2 * t2 + t3 * t3)
-            s[j, X * LANES + i] += ((1.0 - 2.0 * (q2 * q2 + q3 * q3)) * u1
-                                    + 2.0 * (q1 * q2 - q0 * q3) * u2
-                                    + 2.0 * (q1 * q3 + q0 * q2) * u3)
-            s[j, (X + 1) * LANES + i] += (2.0 * (q1 * q2 + q0 * q3) * u1
-                                          + (1.0 - 2.0 * (q1 * q1 + q3 * q3)) * u2
-                                          + 2.0 * (q2 * q3 - q0 * q1) * u3)
-            s[j, (X + 2) * LANES + i] += (2.0 * (q1 * q3 - q0 * q2) * u1
-                                          + 2.0 * (q2 * q3 + q0 * q1) * u2
-                                          + (1.0 - 2.0 * (q1 * q1 + q2 * q2)) * u3)
-            t1, t2, t3 = 0.5 * t1, 0.5 * t2, 0.5 * t3
-            p0 = q0 - q1 * t1 - q2 * t2 - q3 * t3
-            p1 = q1 + q0 * t1 + q2 * t3 - q3 * t2
-            p2 = q2 + q0 * t2 + q3 * t1 - q1 * t3
-            p3 = q3 + q0 * t3 + q1 * t2 - q2 * t1
-            n = 1.0 / sqrt(p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
-            s[j, Q * LANES + i] = p0 * n
-            s[j, (Q + 1) * LANES + i] = p1 * n
-            s[j, (Q + 2) * LANES + i] = p2 * n
-            s[j, (Q + 3) * LANES + i] = p3 * n
-        for i in range(LANES):
-            if not s[j, R * LANES + i] < 1e29:
-                return 1e30
-            largest = max(largest, s[j, R * LANES + i])
-    return sqrt(largest)
 
 
 @jit
@@ -197,6 +156,17 @@ def apply_correction(model, bristle, step):
     return move_nodes(nodes, model.blocks, model.section.element_length)
 
 
+@jit
+def has_flipped(nodes, model):
+    """
+    Return whether a node has turned further in a step than any wire does.
+
+    A step has more than one solution: in another one an element is turned inside out. Where axes
+    turn with the brush alone: in the displacement load case it turns nodes as far as it likes.
+    """
+    return not model.displacement and largest_turn(nodes, model.blocks) > FARTHEST
+
+
 @inlined
 def solve_step(model, law, bristle, scratch, step):
     """Correct the prediction until the correction to come is within the tolerance."""
@@ -243,6 +213,8 @@ def solve_step(model, law, bristle, scratch, step):
         before = size
         if solved and (size <= tolerance and rate < 1.0
                        or size * rate <= tolerance * (1.0 - rate)):
+            if iterations > SUSPECT and has_flipped(nodes, model):
+                break
             born = points_missed(model, law, bristle, scratch)
             if born == NONE_BORN:
                 status = OK

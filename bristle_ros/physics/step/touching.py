@@ -9,7 +9,7 @@ from bristle_ros.physics.contact import (ALIVE, begin_points, carry_points, corr
                                          finish_points, FORCE, gather, IMPULSE, is_clear_of_plane,
                                          keep_points,
                                          LIVING, NONE_BORN, node_of, restore_points, rotate_back,
-                                         weights, XI)
+                                         rubbed, weights, XI)
 from bristle_ros.physics.motion import ROTATION
 from bristle_ros.physics.wire import (add_change, eliminate, error_of_changes, fill_changes,
                                       LANES, MASS, substitute)
@@ -129,9 +129,11 @@ def end_touch(wire, bristle, law, h, taken, scratch):
     if wire is None:
         return 0.0
     tip, points, end = bristle.tip, bristle.points, scratch.frames[2]
+    friction = rubbed(law, points)
     lost = finish_points(bristle, law, law.surface, h, end, scratch.contact)
     for e in range(points.shape[0]):
         if points[e, ALIVE] > 0.0:
             for i in range(3):
                 tip[IMPULSE + i] += h * points[e, FORCE + i]
-    return lost + carry_points(bristle, law, law.surface, h, end, taken + lost, scratch)
+    return lost + carry_points(bristle, law, law.surface, h, end, (taken + lost, friction),
+                               scratch)

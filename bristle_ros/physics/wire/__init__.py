@@ -7,6 +7,7 @@ from .coefficients import pseudo_step, StepCoefficients
 from .damping import accept_damping, keep_strains, predict_damping, strains
 from .dynamics import (accept_step, add_change, begin_step, error_of_changes, fill_changes,
                        local_error, rescale_memory, residual)
+from .increments import largest_turn, move_nodes
 from .layout import (A0, ACC0, BLOCK, block_count, ELEMENTS, HA, HV, INERTIA, JUMP, LANES, LR,
                      MASS, NODE_FORCE, Q, Q0, R, RATE0, RATEACC0, ROWS, SECTION_FORCE,
                      SECTION_FORCE0, STRAIN, STRAIN0, STRAIN_BEFORE, STRESS, STRESS0, tip_lane, V0,

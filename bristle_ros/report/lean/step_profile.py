@@ -1,10 +1,10 @@
 """Where a step's time goes: each kernel timed by itself, times how often a step calls it."""
 from bristle_ros.physics.motion import CLAMP
-from bristle_ros.physics.step import FACTORISATIONS, move_nodes, NEWTON, own_frame
+from bristle_ros.physics.step import FACTORISATIONS, NEWTON, own_frame
 from bristle_ros.physics.wire import (accept_damping, accept_step, add_excess, begin_step,
-                                      eliminate, factorise, internal_forces, LANES, local_error,
-                                      predict_damping, R, residual, ROWS, StepCoefficients,
-                                      strains, substitute, update_section_forces)
+                                      eliminate, factorise, internal_forces, LANES,
+                                      local_error, move_nodes, predict_damping, R, residual,
+                                      ROWS, StepCoefficients, strains, substitute, update_section_forces)
 from bristle_ros.report.precision.subjects import scene_of
 from bristle_ros.simulation import new_scratch, viscosity_of
 from bristle_ros.verbs import best_of, measure

@@ -38,6 +38,7 @@ class ContactWatch:
         self._cone = self._law = self._made = 0.0
         self._bend = self.ground.bend()
         self._entered = self._wire = 0.0
+        self._pressed = None        # [m] (B,) deepest spring of each wire since it was outside
         self._looks = self._points = 0
 
     def commanded(self):
@@ -82,7 +83,7 @@ class ContactWatch:
         if not self.ground.uneven:      # there all points of a wire share one cone
             for part in (forces, snapshot.contact_force)[:1 + self._along]:
                 self._friction(snapshot, part, np.broadcast_to((0.0, 0.0, 1.0), part.shape),
-                               np.zeros(len(part)), tips)
+                               np.zeros(len(part)), 1.0, tips)
         if alone and self._exact:
             self._step(snapshot, forces, tips, gaps, normals, before)
 
@@ -106,20 +107,25 @@ class ContactWatch:
         unit = step_normals / length[:, None]
         bend = np.maximum(_angle(unit, normals), _angle(unit, middle))
         if self.ground.uneven:
-            self._friction(snapshot, forces, unit, bend, tips)
+            # gaps are known to that, and with them how the step's normal is turned
+            bend = bend + 4.0 * ROUNDED / np.sqrt(np.maximum(square, 1e-20))
+            self._friction(snapshot, forces, unit, bend, length, tips)
         if not math.isinf(self._scene.contact.normal_stiffness):
             pushes = (forces * unit).sum(axis=1) / length
             for push, force, turn, gap0, gap in zip(pushes, forces, bend, gaps0, gaps):
                 self._spring(snapshot, push, turn * float(np.abs(force).sum()), gap0, gap)
             self._work(snapshot, forces, moved, gaps0, gaps)
 
-    def _friction(self, snapshot, forces, normals, bends, tips):
+    def _friction(self, snapshot, forces, normals, bends, lengths, tips):
         """
         Check that forces push and lie in their cones about normals, which may turn by `bends`.
 
-        What stops a tip at a step's end acts across the normal there, not that of the step.
+        What stops a tip at a step's end acts across the normal there, not that of the step. The
+        force that bounds friction is that which does work over the gap: times the step's normal,
+        whose length is 1 but for depth times curvature.
         """
-        limits = np.arctan(self.ground.friction(tips[:, 1])) + 1.01 * bends
+        limits = np.arctan(self.ground.friction(tips[:, 1]) / np.minimum(lengths, 1.0)
+                           ) + 1.01 * bends
         for force, normal, limit in zip(forces, normals, limits):
             push = float(force @ normal)
             if limit > STEEP or not force.any():
@@ -177,6 +183,7 @@ class ContactWatch:
         gaps, _ = self.ground.gap(points_between(line))
         self._points += gaps.size
         deepest = -gaps.min(axis=1)
+        self._press(snapshot, deepest)
         self._wire = max(self._wire, float(deepest.max()))
         for number, depth in enumerate(deepest):
             allowed = self._allowed(snapshot, number, line, before) + self._ramped(snapshot)
@@ -185,12 +192,22 @@ class ContactWatch:
                                   f'forces explain {allowed:.3g} m, at t = {snapshot.t:.6g} s')
                 return
 
+    def _press(self, snapshot, deepest):
+        stiffness = self._scene.contact.normal_stiffness
+        if math.isinf(stiffness):
+            return
+        pressed = np.linalg.norm(snapshot.contact_force, axis=1) / stiffness
+        if self._pressed is not None:
+            pressed = np.maximum(pressed, self._pressed)
+        self._pressed = np.where(deepest > 0.0, pressed, 0.0)
+
     def _allowed(self, snapshot, number, line, before):
         """
         Return how deep a wire may be [m]: what the mean force of the step takes, and its way.
 
         Half of a spring's force at the step's end is in its mean; what came in during the step is
-        no deeper than it has moved. No spring can hold more than the energy there is. Where a wire
+        no deeper than it has moved. A point that takes over where a spring has pressed the wire in
+        begins where that left it. No spring can hold more than the energy there is. Where a wire
         goes over a bend of the surface it is deepest at another place than where it touched when
         the step began: of second order in the way, and gone with the next step.
         """
@@ -202,7 +219,8 @@ class ContactWatch:
         most = math.sqrt(2.0 * max(0.0, snapshot.energy_elastic) / contact.normal_stiffness)
         if not contact.damping:
             force = float(np.linalg.norm(snapshot.contact_force[number]))
-            most = min(most, 2.0 * force / contact.normal_stiffness + way)
+            most = min(most, 2.0 * force / contact.normal_stiffness + way
+                       + float(self._pressed[number]))
         return most + beside
 
     def _ramped(self, snapshot):
