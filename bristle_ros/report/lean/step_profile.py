@@ -4,7 +4,8 @@ from bristle_ros.physics.step import FACTORISATIONS, NEWTON, own_frame
 from bristle_ros.physics.wire import (accept_damping, accept_step, add_excess, begin_step,
                                       eliminate, factorise, internal_forces, LANES,
                                       local_error, move_nodes, predict_damping, R, residual,
-                                      ROWS, StepCoefficients, strains, substitute, update_section_forces)
+                                      ROWS, StepCoefficients, strains, substitute,
+                                      update_section_forces)
 from bristle_ros.report.precision.subjects import scene_of
 from bristle_ros.simulation import new_scratch, viscosity_of
 from bristle_ros.verbs import best_of, measure
