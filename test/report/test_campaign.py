@@ -197,6 +197,24 @@ def test_between_corners_energy_from_nowhere_is_seen():
     assert 'energy from nowhere' in watch.wrong[0]
 
 
+def test_a_step_takes_no_other_root_of_its_equations():
+    """One element in free flight after an impact: another root is turned inside out, and has 3 J."""
+    parameters = {
+        'damping.stiffness': 1e-06, 'drive.profile': 'table',
+        'drive.file': 'data:0.0721,-37.08;0.0802,28.39;0.1403,-38.48',
+        'friction.static': 0.7076, 'gutter.approach': 0.007, 'gutter.channel_slope': 0.052,
+        'gutter.channel_width': 0.168, 'gutter.edge_radius': 0.01549, 'gutter.enabled': True,
+        'gutter.foot_radius': 0.001899, 'gutter.kerb_batter': 0.309, 'gutter.kerb_distance': 0.205,
+        'gutter.kerb_height': 0.114, 'gutter.lip_radius': 0.09762, 'road.approach_time': 0.05,
+        'road.penetration': 0.02, 'run.chunk': 1e-4, 'run.sample': 1e-4, 'solver.elements': 1,
+        'solver.integrator': 'hht', 'solver.step': 'adaptive'}
+    result = campaign.run_case(campaign_cases.Case('root', parameters, 0.3, (
+        (0.0364, 'cmd_penetration', (-0.0047,)),
+        (0.049, 'cmd_vel', (-4.918320202500772, -4.522110815547151, 0.6527215346980473)))))
+    assert result.kind == 'finished', result.reason
+    assert result.measures['energy_gain'] < 0.05
+
+
 def test_a_case_whose_budget_ran_out_says_why():
     case = campaign_cases.make_case('fine', 'free', {'solver.integration_time_step': 1e-6}, 0.1)
     result = campaign.run_case(case, 0.0)
