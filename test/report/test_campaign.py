@@ -198,7 +198,7 @@ def test_between_corners_energy_from_nowhere_is_seen():
 
 
 def test_a_step_takes_no_other_root_of_its_equations():
-    """One element in free flight after an impact: another root is turned inside out, and has 3 J."""
+    """One element after an impact: another root is turned inside out, and has 3 J."""
     parameters = {
         'damping.stiffness': 1e-06, 'drive.profile': 'table',
         'drive.file': 'data:0.0721,-37.08;0.0802,28.39;0.1403,-38.48',
