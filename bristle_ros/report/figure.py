@@ -10,7 +10,7 @@ MARKS = {
     'mujoco': ('#2ca02c', '^', '\u25b2'),
     'step': ('#1f77b4', 'o', '\u25cf'), 'elements': ('#8c564b', 'D', '\u25c6'),
     'integrator': ('#ff7f0e', 'v', '\u25bc'), 'load case': ('#9467bd', 'P', '\u271a'),
-    'adaptive': ('#17a2b8', 'X', '\u2716'),
+    'adaptive': ('#17a2b8', 'X', '\u2716'), 'halved': ('#e377c2', '*', '\u2605'),
     'inertia': ('#1f77b4', 'o', '\u25cf'), 'displacement': ('#9467bd', 'P', '\u271a'),
     'displacement, TS = ITS': ('#9467bd', 'P', '\u271a'),
     'displacement, TS > ITS': ('#e377c2', '*', '\u2605'),

@@ -4,10 +4,14 @@ from bristle_ros.report.figure import (bars, legend, log_axes, new_panel, plot, 
 from bristle_ros.report.timing import group_slowness, quartiles
 from bristle_ros.report.verdict import widen
 
-FAMILIES = ('step', 'elements', 'integrator', 'load case', 'adaptive')
+from .subjects import HALVED
+
+FAMILIES = ('step', 'elements', 'integrator', 'load case', 'adaptive', 'halved')
+OURS = ('step', 'elements', 'adaptive', 'halved')     # that a user would choose from, for speed
 LABELS = {'step': 'fixed steps (12 elements, spectral radius 0.8)', 'elements': 'other meshes',
           'integrator': 'other integrators', 'load case': 'displacement load case',
-          'adaptive': 'adaptive steps'}
+          'adaptive': 'adaptive steps',
+          'halved': f'fixed steps, in halves above {HALVED:g} (solver.largest_error)'}
 RING = ('larger error than with the next longer step', '#c00000', '\u25ef')
 TITLES = {'tip': 'error of the tip path [%]', 'impulse': 'error of the impulse per 5 ms [%]'}
 COLUMNS = {
@@ -29,13 +33,13 @@ def slowest(entry):
     return group_slowness(row.get('timing') for row in entry['rows'])
 
 
-def cost(entry, level, families=('step', 'elements', 'adaptive'), key='tip'):
+def cost(entry, level, families=OURS, key='tip'):
     """Return the Measured wall time per simulated second at an error [%], or None."""
     found = cost_of(points_of(entry, families, key), level, entry['own'].get(key) or 0.0)
     return widen(found, slowest(entry))
 
 
-def coarsest(entry, families=('step', 'elements', 'adaptive'), key='tip'):
+def coarsest(entry, families=OURS, key='tip'):
     """Return the largest error [%] of a scene's runs."""
     return max((point.error for point in points_of(entry, families, key)), default=0.0)
 
@@ -122,19 +126,22 @@ def _converged_rows(data):
                'failed': entry.get('failed', '')}
 
 
-def adaptive_rows(data):
-    """Return rows: what fixed steps cost over what adaptive ones do, at equal error."""
+def controlled_rows(data):
+    """Return rows: what fixed steps cost over adaptive or halved ones, at equal error."""
     rows = []
     for entry in data['subjects']:
         for key in ('tip', 'impulse') if entry.get('contact') else ('tip',):
             own = entry['own'].get(key) or 0.0
             fixed = points_of(entry, ('step',), key)
             for level in (3.0, 1.0, 0.3, 0.1, 0.03):
-                found = level <= coarsest(entry, ('step',), key) and ratio_at(
-                    fixed, points_of(entry, ('adaptive',), key), level, (own, own))
-                if found:
-                    rows.append({'scene': entry['name'], 'error': TITLES[key], 'level': level,
-                                 'ratio': widen(found, slowest(entry))})
+                row = {'scene': entry['name'], 'error': TITLES[key], 'level': level}
+                for family in ('adaptive', 'halved'):
+                    found = level <= coarsest(entry, ('step',), key) and ratio_at(
+                        fixed, points_of(entry, (family,), key), level, (own, own))
+                    if found:
+                        row[family] = widen(found, slowest(entry))
+                if 'adaptive' in row or 'halved' in row:
+                    rows.append(row)
     return rows
 
 
@@ -159,11 +166,13 @@ def show(page, data, results):
               for rise in entry['rises']]
     page.says(f'Smaller steps with a larger error than the next longer one: {len(marked)}'
               + ('; ' + '; '.join(marked) if marked else '') + '.')
-    page.heading('Adaptive against fixed steps', 3)
-    page.table('adaptive_against_fixed', adaptive_rows(data), {
+    page.heading('Adaptive and halved against fixed steps', 3)
+    page.table('controlled_against_fixed', controlled_rows(data), {
         'scene': 'scene', 'error': 'error', 'level': 'error level [%]',
-        'ratio': 'run time, fixed over adaptive steps'},
-        'Run time of fixed over adaptive steps at equal error: above 1 adaptive steps pay.')
+        'adaptive': 'run time, fixed over adaptive steps',
+        'halved': f'run time, fixed steps over those halved above {HALVED:g}'},
+        'Run time of fixed steps over steps that mind their local error, at equal error: above 1 '
+        'it pays to mind it.')
     page.heading('Converged runs', 3)
     page.table('converged_runs', list(_converged_rows(data)), {
         'scene': 'scene', 'what': 'what it is', 'elements': 'elements',

@@ -5,6 +5,7 @@ from bristle_ros.report.peers.scenes import our_scene, RPM
 from bristle_ros.scene import Contact, Damping, Drive, Road, Run, Scene, Solver
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)     # of adaptive steps, per length of the bristle
+HALVED = 5e-7       # local error above which the steps of a family of fixed ones are halved
 # The second discretisation: another integrator, its damping as in the usual practice of HHT.
 OTHER = {'integrator': 'hht', 'amplitude_decay': 0.05}
 FREE_STEPS = (4e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
@@ -75,4 +76,7 @@ def settings(subject, quick):
     for tolerance in TOLERANCES[1:4] if quick else TOLERANCES:
         found.append(('adaptive', f'tol {tolerance:g}', subject.steps[0],
                       {'step': 'adaptive', 'error_tolerance': tolerance}))
+    if subject.contact:
+        found += [('halved', f'{its * 1e6:g} us, halved', its, {'largest_error': HALVED})
+                  for its in subject.steps[1:3 if quick else 5]]
     return found
