@@ -231,8 +231,8 @@ class Solver(SceneSection):
         1e-3, '1', 1e-12, 1.0, "local error of adaptive steps, relative to the bristle's length; "
         'no step has more than 2e-4')
     largest_error: float = number(
-        0.0, '1', 0.0, 2e-4, 'local error above which a fixed step is taken in halves, relative '
-        "to the bristle's length; 0: 2e-4, where the road is not level 5e-7")
+        0.0, '1', 0.0, 2e-4, 'local error above which a fixed step is taken in up to 16 parts, '
+        "relative to the bristle's length; 0: 2e-4, where the road is not level 5e-7")
     start: Literal['straight', 'steady'] = choice(
         'straight', 'straight and at rest, or from the static equilibrium')
 

@@ -294,7 +294,8 @@ def try_step(model, law, viscosity, audit, bristle, scratch, h, shortest):
     if status == OK:
         tip[ESTIMATE] = estimate_error(model, law, bristle, scratch, h, living, tip[FORCE] - old1,
                                        tip[FORCE + 1] - old2, tip[FORCE + 2] - old3)
-        if tip[ESTIMATE] > model.local_error and h > shortest:
+        if h > shortest and tip[ESTIMATE] > (
+                model.local_error if h > model.halved_to else model.worst_error):
             status = TOO_INACCURATE
     if status != OK:
         tip[MATRIX_STEP] = 0.0

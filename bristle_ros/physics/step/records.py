@@ -28,7 +28,9 @@ class Model(NamedTuple):
     clamp_mass: float           # [kg] of the clamped node
     wires: float                # real wires per bristle
     displacement: bool          # load case: solved in mount axes with the clamp driven
-    local_error: float          # [m] above which a step is taken in halves
+    local_error: float          # [m] above which a step is taken in halves,
+    halved_to: float            # [s] if it is longer than that
+    worst_error: float          # [m] above which any is, down to the finest sub-steps
     air: Air | None             # None: left out
 
 
