@@ -31,6 +31,8 @@ PUBLISHED = {
                       '`brush_mount`',
     'tip_wrench': "road on bristle 0's tip, at the tip (no torque); frame `road`",
     'mount_wrench': 'brush on sweeper, about the mount centre; frame `brush_mount`',
+    'mount_wrench_mean': 'its mean over the chunk, from all steps: what another simulator should '
+                         'apply; only with `mount.enabled` or `run.carried`',
     'tip_pose': "bristle 0's tip; frame `brush_mount`, x of the pose along the wire, y along the "
                 'breadth',
     'joint_states': '`brush_joint`: angle, speed, and the torque of the drive on the brush about '
@@ -65,6 +67,15 @@ SUBSCRIBED = {
                'is older is refused',
     'cmd_penetration': 'depth of the undeformed tip below the road [m]; the road moves at most at '
                        '`road.max_rate`',
+    'cmd_mount': 'where the mount (`brush_mount` in `road`) is to be, and its velocity (mount axes), '
+                 '`run.chunk` after it takes effect; only with `mount.enabled` or `run.carried`. '
+                 'The way there is cubic in position and in the rotation vector: velocities are '
+                 'continuous, accelerations jump at the ends of chunks, and wires are told of a '
+                 'jump at a command (second order stays), but not where a way ends without a next '
+                 'one. From the first one on `cmd_vel` and `cmd_penetration` are refused, until '
+                 '`~/reset`. Without another the velocity stays, for `run.command_timeout` if that '
+                 'is given; then it brakes by `sweeper.max_acceleration` and '
+                 '`sweeper.max_yaw_acceleration`',
     'cmd_drive_torque': 'torque on the brush [N m], at once; only with `drive.mode: torque`',
 }
 SERVICES = {
@@ -111,7 +122,8 @@ ARRAYS = {
                  'sees it; inf where there is no road'),
     'contact_length': ('n, B', 'm', 'of wire that the touching points beside the tip stand for: '
                        'an element each'),
-    'base_pose': ('n, 3', 'm, m, rad', "x, y and heading of the sweeper's base on the road"),
+    'base_pose': ('n, 3', 'm, m, rad', "x, y and heading of the sweeper's base on the road; of a "
+                  'mount that is carried, its own'),
     'drive_torque': ('n', 'N m', 'of the drive on the brush; with `drive.mode: motor` or '
                      '`torque`, as the next one'),
     'drive_work': ('n', 'J', 'what it has done since t = 0'),
@@ -146,7 +158,7 @@ def graph():
     import rclpy
     rclpy.init(args=['--ros-args', '-r', '__ns:=/ns', '--log-level', 'warn'])
     scene = from_parameters({'run.publish_clock': True, 'contact.enabled': False,
-                             'solver.elements': 1}, 'tables')
+                             'mount.enabled': True, 'solver.elements': 1}, 'tables')
     node = BrushNode(scene, print, wall_ns=lambda: 0)
     node.trigger_configure()
     found = [

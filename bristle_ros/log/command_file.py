@@ -9,7 +9,9 @@ from bristle_ros.scene import LONGEST, SceneError
 from bristle_ros.simulation import CommandRefused, values_of
 
 _VALUES = {'cmd_brush_speed': ('rad/s',), 'cmd_vel': ('vx', 'vy', 'yaw rate'),
-           'cmd_penetration': ('m',), 'cmd_drive_torque': ('N m',), 'reset': ()}
+           'cmd_penetration': ('m',), 'cmd_drive_torque': ('N m',), 'reset': (),
+           'cmd_mount': ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw', 'vx', 'vy', 'vz', 'wx', 'wy',
+                         'wz')}
 _WAY_OUT = "lines read 't,topic,values...', such as '0.5,cmd_vel,1.5,0,0'"
 
 

@@ -22,7 +22,7 @@ def head_of(scene, origin, resolve):
     run = {'integration_time_step': repr(scene.solver.integration_time_step),
            'time_origin_ns': str(origin)}
     names = [*(topic.name for topic in messages.TOPICS), *messages.command_types(True),
-             messages.EVENTS, SCENE, messages.TRANSFORMS, messages.DESCRIPTION, '/diagnostics',
+             messages.MEAN_WRENCH, messages.EVENTS, SCENE, messages.TRANSFORMS, messages.DESCRIPTION, '/diagnostics',
              '/clock']
     topics = {resolve(name): name for name in names}
     return Head(yaml, machine, run, encode_scene(yaml, machine, run, topics))

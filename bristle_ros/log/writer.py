@@ -48,6 +48,7 @@ class Log:
         self._channels = {}
         self._topics = messages.topics(scene.run.frame_prefix)
         self._commands = messages.command_types(scene.run.stamped_cmd_vel)
+        self._frame_prefix = scene.run.frame_prefix
         self._prefix = scene.run.frame_prefix if scene.log.tf else None
         self._capacity = capacity
         self._queue, self._backlog = deque(), 0
@@ -178,6 +179,10 @@ class Log:
         if self._prefix is not None and chunk.mount is not None and chunk.end > chunk.start:
             self._store_message(chunk.end, messages.TRANSFORMS, messages.TF, encode_transforms(
                 self._stamp(chunk.end), self._prefix, chunk.last, chunk.mount, 'all'), wall)
+        if chunk.wrench is not None and chunk.end > chunk.start:
+            topic = messages.mean_wrench_topic(self._frame_prefix, lambda: chunk.wrench)
+            self._store_message(chunk.end, topic.name, topic.type, topic.encode(
+                chunk.last, self._stamp(chunk.end)), wall)
         if chunk.failure is not None:
             self._store_message(chunk.end, messages.EVENTS, messages.STRING, messages.encode_event(
                 'failure', chunk.end, reason=str(chunk.failure)), wall)

@@ -15,6 +15,11 @@ _DEFINITIONS = {
     'geometry_msgs/PoseStamped': 'std_msgs/Header header\ngeometry_msgs/Pose pose\n',
     'geometry_msgs/Twist': 'geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n',
     'geometry_msgs/TwistStamped': 'std_msgs/Header header\ngeometry_msgs/Twist twist\n',
+    'geometry_msgs/PoseWithCovariance': 'geometry_msgs/Pose pose\nfloat64[36] covariance\n',
+    'geometry_msgs/TwistWithCovariance': 'geometry_msgs/Twist twist\nfloat64[36] covariance\n',
+    'nav_msgs/Odometry':
+        'std_msgs/Header header\nstring child_frame_id\n'
+        'geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n',
     'geometry_msgs/Wrench': 'geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n',
     'geometry_msgs/WrenchStamped': 'std_msgs/Header header\ngeometry_msgs/Wrench wrench\n',
     'geometry_msgs/Transform':
@@ -48,6 +53,8 @@ TYPE_HASHES = {
         'RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77',
     'geometry_msgs/msg/PoseStamped':
         'RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8',
+    'nav_msgs/msg/Odometry':
+        'RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0',
     'sensor_msgs/msg/JointState':
         'RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e',
     'diagnostic_msgs/msg/DiagnosticArray':

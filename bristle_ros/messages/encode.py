@@ -28,12 +28,14 @@ FLOAT = 'std_msgs/msg/Float64'
 STRING = 'std_msgs/msg/String'
 TWIST = 'geometry_msgs/msg/Twist'
 TWIST_STAMPED = 'geometry_msgs/msg/TwistStamped'
+ODOMETRY = 'nav_msgs/msg/Odometry'
 DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
 CLOCK = 'rosgraph_msgs/msg/Clock'
 MARKERS = 'visualization_msgs/msg/MarkerArray'
 TF = 'tf2_msgs/msg/TFMessage'
 
 EVENTS = '~/events'
+MEAN_WRENCH = 'mount_wrench_mean'
 TRANSFORMS = '/tf'
 DESCRIPTION = 'robot_description'
 
@@ -181,20 +183,43 @@ def topics(prefix: str = '') -> tuple[Topic, ...]:
 TOPICS = topics()   # for their names, types and values; their bytes are those without a prefix
 
 
+def _nothing() -> NDArray[np.float64]:
+    return np.zeros(6)
+
+
+def mean_wrench_topic(prefix: str = '', mean_now: Callable[[], NDArray[np.float64]] = _nothing
+                      ) -> Topic:
+    """Return the Topic of the mean wrench, once a chunk; `mean_now()` is (6,) force, torque."""
+    packer = _Stamped(prefix + MOUNT_FRAME, 6)
+    return Topic(MEAN_WRENCH, WRENCH, lambda snapshot, stamp: packer.pack(
+        stamp, *mean_now().tolist()), packer.unpack, _WRENCH_FIELDS, (3, 3))
+
+
 def command_types(stamped: bool) -> dict[str, str]:
     """Return topic -> type of the commands; `stamped` is `run.stamped_cmd_vel`."""
     return {'cmd_brush_speed': FLOAT,
             'cmd_vel': TWIST_STAMPED if stamped else TWIST,
-            'cmd_penetration': FLOAT, 'cmd_drive_torque': FLOAT}
+            'cmd_penetration': FLOAT, 'cmd_drive_torque': FLOAT, 'cmd_mount': ODOMETRY}
 
 
 _twist_stamped = _Stamped('', 6)
+_NO_COVARIANCE = (0.0,) * 36
 
 
 def encode_command(type_name: str, values: Sequence[float], stamp: int = 0) -> bytes:
-    """Return a command's bytes; `values` are (value,), or (vx, vy, yaw rate) of a twist."""
+    """
+    Return a command's bytes.
+
+    `values` are (value,), (vx, vy, yaw rate) of a twist, or the 13 of an odometry; six for one
+    that brakes, which has no orientation.
+    """
     if type_name == FLOAT:
         return struct.pack('<4sd', _HEADER, *values)
+    if type_name == ODOMETRY:
+        head = _HEADER + struct.pack('<iI', *divmod(stamp, 1_000_000_000)) + _string(ROAD_FRAME)
+        head = _aligned(_aligned(head, 4) + _string(MOUNT_FRAME), 8)
+        pose, twist = ((0.0,) * 7, values) if len(values) == 6 else (values[:7], values[7:])
+        return head + struct.pack('<85d', *pose, *_NO_COVARIANCE, *twist, *_NO_COVARIANCE)
     vx, vy, yaw_rate = values
     twist = vx, vy, 0.0, 0.0, 0.0, yaw_rate
     if type_name == TWIST:
@@ -207,6 +232,13 @@ def decode_command(type_name: str, payload: bytes) -> tuple[float, ...]:
     if type_name == FLOAT:
         return CdrReader(payload).float64(1)
     cdr = CdrReader(payload)
+    if type_name == ODOMETRY:
+        cdr.skip(8)
+        cdr.string()
+        cdr.string()
+        numbers = cdr.float64(49)
+        pose, twist = numbers[:7], numbers[43:49]
+        return (*pose, *twist) if any(pose[3:]) else twist
     if type_name == TWIST_STAMPED:
         cdr.skip(8)
         cdr.string()

@@ -22,6 +22,9 @@ def follows(node, run):
     """
     if not node.get_parameter(SIM_TIME).value:
         return False
+    if run.carried:
+        raise SceneError('a node follows /clock or cmd_mount, not both: set this or use_sim_time '
+                         'to false', key='run.carried', value=True)
     if run.publish_clock:
         raise SceneError('a node cannot follow the /clock that it publishes: set this or '
                          'use_sim_time to false', key='run.publish_clock', value=True)

@@ -2,6 +2,8 @@
 import re
 import time
 
+from bristle_ros.messages import encode as messages
+from bristle_ros.scene import follows_mount
 from bristle_ros.simulation import CommandRefused
 from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import Float64
@@ -20,13 +22,15 @@ class Commands:
     comes from a sender that hangs, and would keep the sweeper going. A stamp of zero has no age.
     """
 
-    def __init__(self, node, run, driver, *, active, own_time):
+    def __init__(self, node, run, driver, *, active, own_time, origin, wake):
         """
         Subscribe.
 
         run : the scene's section; active() -> bool: whether commands count; own_time() -> stamp
-        [ns] of the step reached.
+        [ns] of the step reached; origin [ns] of stamps at first; wake(): a chunk may be due by
+        what has come.
         """
+        self._wake, self._origin = wake, origin
         self._node, self._run, self._driver = node, run, driver
         self._active, self._own_time = active, own_time
         self._subscriptions, self._told = [], {}
@@ -38,18 +42,26 @@ class Commands:
             self._listen(TwistStamped, 'cmd_vel', self._stamped)
         else:
             self._listen(Twist, 'cmd_vel', _velocity)
+        if follows_mount(node.scene):
+            from nav_msgs.msg import Odometry   # a node that is not carried needs it not
+            self._listen(Odometry, 'cmd_mount', self._odometry,
+                         self._carry if run.carried else None)
+        driver.on_refusal = self._tell
 
     def destroy(self):
         """Leave the graph."""
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
 
-    def _listen(self, type_, topic, values):
+    def _listen(self, type_, topic, values, follow=None):
         def take(message):
             if not self._active():
                 return  # an inactive node would only keep it until it is stale
             try:
-                self._driver.command(topic, values(message))
+                if follow:
+                    follow(message)
+                else:
+                    self._driver.command(topic, values(message))
             except CommandRefused as refused:
                 self._tell(str(refused))
 
@@ -65,15 +77,51 @@ class Commands:
             self._node.get_logger().warning(f'refused: {refusal}')
 
     def _stamped(self, message):
+        self._check_age('cmd_vel', message)
+        return _velocity(message.twist)
+
+    def _check_age(self, topic, message):
         limit = self._run.command_timeout
         if limit:
             own = self._own_time() if self._run.publish_clock else None
             age = node_time.age(self._node, message.header.stamp, own)
             if age is not None and age * 1e-9 >= limit:
                 self._driver.count_refusal()
-                raise CommandRefused(f'cmd_vel: its stamp is {age * 1e-9:.6g} s old, beyond '
+                raise CommandRefused(f'{topic}: its stamp is {age * 1e-9:.6g} s old, beyond '
                                      f'run.command_timeout = {limit:.6g} s')
-        return _velocity(message.twist)
+
+    def _odometry(self, message):
+        self._check_frames(message)
+        self._check_age('cmd_mount', message)
+        return _pose_and_twist(message)
+
+    def _carry(self, message):
+        self._check_frames(message)
+        stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        its, origin = self._driver.its, self._origin
+        step = messages.total_step(stamp, its, origin)
+        if messages.stamp_ns(step, its, origin) != stamp:
+            self._driver.count_refusal()
+            raise CommandRefused(f'cmd_mount: its stamp, {stamp * 1e-9:.9f} s, ends no step')
+        try:
+            self._driver.carry(step, _pose_and_twist(message))
+        finally:
+            self._wake()    # refused or not, the chunk may run
+
+    def _check_frames(self, message):
+        prefix = self._run.frame_prefix
+        for given, wanted in ((message.header.frame_id, messages.ROAD_FRAME),
+                              (message.child_frame_id, messages.MOUNT_FRAME)):
+            if given not in ('', prefix + wanted):
+                self._driver.count_refusal()
+                raise CommandRefused(f'cmd_mount: frame {given!r}: must be {prefix + wanted}')
+
+
+def _pose_and_twist(message):
+    place, turn = message.pose.pose.position, message.pose.pose.orientation
+    linear, angular = message.twist.twist.linear, message.twist.twist.angular
+    return (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w,
+            linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
 
 
 def _velocity(twist):

@@ -5,8 +5,8 @@ import threading
 from bristle_ros.log import Log
 from bristle_ros.messages import encode as messages
 from bristle_ros.realtime import Driver, PacingThread
-from bristle_ros.scene import bristle_count, steps
-from bristle_ros.simulation import MountPath, RunWatch, Simulation
+from bristle_ros.scene import bristle_count, follows_mount, steps
+from bristle_ros.simulation import MeanWrench, MountPath, RunWatch, Simulation
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from std_srvs.srv import SetBool, Trigger
@@ -88,6 +88,8 @@ class BrushNode(LifecycleNode):
         sample = steps(scene, scene.run.sample, 'run.sample') if self._log else 0
         self._driver = Driver(simulation, sample=sample, follow=self._follows)
         self._driver.mount, self._driver.watch = MountPath(scene), RunWatch(simulation)
+        if follows_mount(scene):
+            self._driver.mean = MeanWrench()
         self._warnings = RunWarnings(self._driver, self.get_logger())
         if self._stopping:
             return TransitionCallbackReturn.FAILURE
@@ -202,7 +204,8 @@ class BrushNode(LifecycleNode):
     def _enter_graph(self):
         self._commands = Commands(
             self, self.scene.run, self._driver, active=lambda: self._pacing is not None,
-            own_time=lambda: self._outputs.stamp(self._driver.total_step))
+            own_time=lambda: self._outputs.stamp(self._driver.total_step),
+            origin=self._outputs.origin, wake=self._wake)
         for type_, name, callback in ((SetBool, '~/pause', self._pause),
                                       (Trigger, '~/step', self._step),
                                       (Trigger, '~/reset', self._reset)):
@@ -259,7 +262,7 @@ class BrushNode(LifecycleNode):
         if self._follows:
             self._keep_origin(chunk)
         self._outputs.publish(snapshot, driver.simulation, driver.now(), chunk.mount,
-                              clock=self._stepping)
+                              clock=self._stepping, wrench=chunk.wrench)
         self._events.tell_all(chunk)
         if self._log and self._log.write(chunk):
             driver.late_chunks += 1  # it waited for the disk

@@ -2,6 +2,7 @@
 from bristle_ros.log import head_of
 from bristle_ros.messages import (encode as messages, encode_transforms, SCENE,
                                   view as messages_view)
+from bristle_ros.scene import follows_mount
 from bristle_ros.simulation import wire_contacts
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
@@ -49,6 +50,9 @@ class Outputs:
         self._tf = None
         if self._transforms != 'none':
             self._tf = self._transform_publisher(node)
+        self._mean = None
+        if follows_mount(scene):
+            self._mean = self._publisher(node, WrenchStamped, messages.MEAN_WRENCH)
         self._clock, self._clock_due = None, 0
         if scene.run.publish_clock:
             self._clock = self._publisher(node, Clock, '/clock')
@@ -75,7 +79,8 @@ class Outputs:
     def destroy(self, node):
         """Take the publishers out of the graph."""
         for publisher in (*(publisher for publisher, _ in self._topics), self._markers,
-                          self._tf, self._clock, self._diagnostics, self._told_scene):
+                          self._tf, self._mean, self._clock, self._diagnostics,
+                          self._told_scene):
             if publisher is not None:
                 node.destroy_lifecycle_publisher(publisher)  # else the node would keep it
 
@@ -83,13 +88,14 @@ class Outputs:
         """Return the stamp [ns] of a total step."""
         return messages.stamp_ns(step, self._its, self.origin)
 
-    def publish(self, snapshot, simulation, now, mount, *, clock=False):
+    def publish(self, snapshot, simulation, now, mount, *, clock=False, wrench=None):
         """
         Publish the state at a chunk's end, once for each chunk.
 
         simulation : Simulation    in that state; what only viewers want is asked of it when they
                                    are there
         mount : Pose               of the mount over the road in that state
+        wrench : (6,)              mean over the chunk, where the mount may be carried
         now [ns] is steady wall time; `clock` sends /clock and markers whenever they were last
         sent, as single steps want it.
         """
@@ -100,6 +106,9 @@ class Outputs:
         for publisher, encode in self._topics:
             if publisher.get_subscription_count():
                 publisher.publish(encode(snapshot, stamp))
+        if wrench is not None and self._mean is not None:
+            topic = messages.mean_wrench_topic(self._frame_prefix, lambda: wrench)
+            self._mean.publish(topic.encode(snapshot, stamp))
         # Transforms first: a viewer can place a marker when it has them.
         if self._tf is not None and self._tf.get_subscription_count():
             self._tf.publish(encode_transforms(

@@ -10,6 +10,9 @@ from .budget import LoadBudget
 from .pace import check_factor, FollowedPace, OwnPace, Rate
 
 
+_MOVING = {'cmd_vel', 'cmd_mount'}      # without these for a while, the sweeper stops
+
+
 class Event(NamedTuple):
     """What changed the course of the run, with the step at whose start it took effect."""
 
@@ -29,6 +32,7 @@ class Chunk(NamedTuple):
     events: tuple           # Events in the order in which they took effect
     failure: object = None  # StepFailure, or None
     mount: object = None    # Pose of the mount over the road at `end`, if the driver follows it
+    wrench: object = None   # (6,) mean over it of the brush on the sweeper, if that is followed
 
 
 class Driver:
@@ -57,6 +61,8 @@ class Driver:
         self.stepping = 0               # [ns] spent in advance() alone
         self.resets = 0
         self.mount = None               # MountPath to follow to each chunk's end, or None
+        self.mean = None                # MeanWrench, or None
+        self.on_refusal = None          # told of commands that are refused when they take effect
         self.watch = None               # RunWatch that sees each sample, or None
         self._clock = clock
         self._lock = threading.Lock()   # commands come from another thread than chunks
@@ -66,7 +72,10 @@ class Driver:
         self._pending = {}              # topic: values; the newest wins, so it cannot grow
         self._reset = False
         self._schedule = deque()        # Events to come, by step
-        self._timeout = round(run.command_timeout * 1e9) if paced else 0
+        self._lockstep = paced and run.carried
+        self._ways = {}                 # in lockstep: the chunk's last step: its cmd_mount or None
+        self._last_way = None           # what came last
+        self._timeout = round(run.command_timeout * 1e9) if paced and not run.carried else 0
         self._timed_out = False
         self._paused = False
         self._single = False
@@ -76,7 +85,8 @@ class Driver:
         self._marks = Rate()            # of total steps, at chunk ends
         self.pace = (                   # others read it, and change nothing
             FollowedPace(clock, self.its, self.chunk) if follow else
-            OwnPace(clock, self.its, self.chunk, float(run.real_time_factor) if paced else 0.0))
+            OwnPace(clock, self.its, self.chunk, float(run.real_time_factor)
+                    if paced and not run.carried else 0.0))
         self.start()
 
     def start(self):
@@ -139,6 +149,8 @@ class Driver:
     def next_deadline(self):
         """[ns] on the clock when the next chunk is due; None while only a call can change that."""
         with self._lock:
+            if self._lockstep and self._until + self.chunk not in self._ways:
+                return None
             if self._single:
                 return self._clock()
             return None if self._paused else self.pace.deadline(self._total + self.chunk)
@@ -170,8 +182,34 @@ class Driver:
         with self._lock:
             self._pending.pop(topic, None)  # keeps the order of arrival
             self._pending[topic] = values
-            if topic == 'cmd_vel':
+            if topic in _MOVING:
                 self._last_velocity = self._clock()
+
+    def carry(self, end, values):
+        """
+        In lockstep, take the cmd_mount of the chunk that ends at the total step `end`.
+
+        Raises CommandRefused (and counts it). One that is of the next chunk, but cannot be
+        followed otherwise, lets that run with the velocity that there is: nobody waits for ever.
+        """
+        values = tuple(float(value) for value in values)
+        if (end, values) == self._last_way:
+            return      # sent twice, by one who was not sure to be heard
+        try:
+            with self._lock:
+                wanted = self._until + self.chunk
+                if end != wanted or end in self._ways:
+                    which = 'there is one for' if end == wanted else 'the next chunk is'
+                    raise CommandRefused(
+                        f'cmd_mount: stamped {end * self.its:.9g} s, and {which} the chunk that '
+                        f'ends at {wanted * self.its:.9g} s')
+                self._ways[end], self._last_way = None, (end, values)
+            self.simulation.check_command('cmd_mount', values)
+            with self._lock:
+                self._ways[end] = values
+        except CommandRefused:
+            self.count_refusal()
+            raise
 
     def count_refusal(self):
         """Count a command that was refused, by whichever thread."""
@@ -264,8 +302,9 @@ class Driver:
         if not self.sample:
             self.look(last)
         mount = self.mount and self.mount.follow(self.simulation, self.resets)
+        wrench = self.mean and self.mean.follow(self.simulation, self.resets)
         self._end(paced, end)
-        return Chunk(start, reached, tuple(samples), last, tuple(events), failure, mount)
+        return Chunk(start, reached, tuple(samples), last, tuple(events), failure, mount, wrench)
 
     def look(self, snapshot):
         """Let the watch see a snapshot."""
@@ -283,14 +322,18 @@ class Driver:
             pending, self._pending = self._pending, {}
             reset, self._reset = self._reset, False
             silent = self._clock() - self._last_velocity
+            way = self._ways.pop(start + self.chunk, None)
         events = []
         if reset:
             self._apply(Event(start, 'reset'), events)
-            silent = 0 if 'cmd_vel' not in pending else silent
+            silent = 0 if _MOVING.isdisjoint(pending) else silent
+        if way is not None:
+            pending['cmd_mount'] = way
         for topic, values in pending.items():
             self._apply(Event(start, 'command', topic, values), events)
         if self._timeout and not self._timed_out and silent > self._timeout:
-            self._apply(Event(start, 'timeout', 'cmd_vel', (0.0, 0.0, 0.0)), events)
+            topic, rest = ('cmd_mount', 6) if self.simulation.carried else ('cmd_vel', 3)
+            self._apply(Event(start, 'timeout', topic, (0.0,) * rest), events)
             self._timed_out = True
         # As fast as it goes, stepping takes all there is whatever it is given.
         if self.budget and self.real_time_factor > 0.0:
@@ -313,10 +356,12 @@ class Driver:
         else:
             try:
                 self.simulation.command(event.topic, event.values)
-            except CommandRefused:  # checked when it came, but the state may have moved on
+            except CommandRefused as refused:  # checked when it came, but the state moved on
                 self.count_refusal()
+                if self.on_refusal:
+                    self.on_refusal(str(refused))
                 return
-            if event.kind == 'command' and event.topic == 'cmd_vel':
+            if event.kind == 'command' and event.topic in _MOVING:
                 self._timed_out = False
         events.append(event)
 

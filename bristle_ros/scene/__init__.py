@@ -6,6 +6,7 @@ from bristle_ros.lazy import lazily
 if TYPE_CHECKING:
     from .error import SceneError as SceneError, spell as spell
     from .key import LISTS as LISTS
+    from .machine import follows_mount as follows_mount
     from .parameter_file import read_file as read_file, read_scalar as read_scalar
     from .road_profile import Spline as Spline, spline as spline, waves as waves
     from .scene import (depth_refusal as depth_refusal, describe_keys as describe_keys,
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__ = lazily(__name__, {
     'error': ['SceneError', 'spell'],
     'key': ['LISTS'],
+    'machine': ['follows_mount'],
     'parameter_file': ['read_file', 'read_scalar'],
     'road_profile': ['Spline', 'spline', 'waves'],
     'scene': ['depth_refusal', 'describe_keys', 'from_arguments', 'from_parameters',

@@ -15,15 +15,16 @@ from typing import Any, get_type_hints, TypeAlias
 
 from .error import SceneError, spell
 from .key import Key, key_of, number
+from .machine import check_drive, check_mount
 from .names import full_name, matches, ros_arguments, split_override
 from .parameter_file import Entry, read_file, read_text
 from .rows import ONE_VALUE, tip_depth, widest
-from .sections import (Air, Bristle, Brush, Contact, Damping, Drive, Friction, Log, Road, Run,
-                       SceneSection, Solver, Sweeper, WITH_TABLE)
+from .sections import (Air, Bristle, Brush, Contact, Damping, Drive, Friction, Log, Mount, Road,
+                       Run, SceneSection, Solver, Sweeper, WITH_TABLE)
 from .surface import check_surface, Gutter, Profile
 
 __all__ = ['SceneError', 'Scene', 'Bristle', 'Brush', 'Road', 'Contact', 'Friction', 'Damping',
-           'Air', 'Drive', 'Gutter', 'Profile', 'Sweeper', 'Solver', 'Run', 'Log', 'load',
+           'Air', 'Drive', 'Gutter', 'Mount', 'Profile', 'Sweeper', 'Solver', 'Run', 'Log', 'load',
            'from_parameters', 'from_arguments', 'keys', 'depth_refusal', 'describe_keys',
            'gutter_friction', 'steps', 'to_yaml', 'to_parameters', 'with_contents']
 
@@ -52,6 +53,7 @@ class Scene:
     gravity: float = number(9.81, 'm/s^2', 0.0, 1000.0, 'along the road normal; 0: none')
     drive: Drive = field(default_factory=Drive)
     sweeper: Sweeper = field(default_factory=Sweeper)
+    mount: Mount = field(default_factory=Mount)
     solver: Solver = field(default_factory=Solver)
     run: Run = field(default_factory=Run)
     log: Log = field(default_factory=Log)
@@ -82,7 +84,8 @@ def _check_combinations(scene: Scene) -> None:
     if drive.profile == 'table':
         from .drive_table import speed_table  # with numpy, which most scenes need not
         speed_table(drive)
-    _check_drive(scene)
+    check_drive(scene)
+    check_mount(scene)
     if abs(drive.mean_speed) > drive.max_speed:
         raise SceneError(
             f'beyond drive.max_speed = {spell(drive.max_speed)} rad/s: lower it or raise that',
@@ -107,20 +110,6 @@ def _check_combinations(scene: Scene) -> None:
         steps(scene, scene.solver.time_step, 'solver.time_step')
     steps(scene, scene.run.chunk, 'run.chunk')
     steps(scene, scene.run.sample, 'run.sample')
-
-
-def _check_drive(scene: Scene) -> None:
-    """Refuse what has to know the brush's angle beforehand, where the drive feels its load."""
-    mode, solver = scene.drive.mode, scene.solver
-    if mode == 'speed':
-        return
-    if solver.load_case == 'displacement':
-        raise SceneError('prescribes the angle of the brush, which is a result here: take '
-                         'load_case: inertia, or drive.mode: speed', key='drive.mode', value=mode)
-    if solver.time_step > 0.0:
-        raise SceneError(f"the angle at a load step's end is not known beforehand with "
-                         f'drive.mode: {mode}: take 0.0', key='solver.time_step',
-                         value=solver.time_step)
 
 
 def _check_rows(scene: Scene) -> None:

@@ -207,6 +207,19 @@ class Sweeper(SceneSection):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Mount(SceneSection):
+    """How the mount may be carried, by cmd_mount."""
+
+    enabled: bool = switch(
+        False, 'whether cmd_mount is followed, which costs a few percent; with run.carried it is')
+    max_speed: float = number(20.0, 'm/s', 0.0, 1e3, 'a way that is faster is refused')
+    max_rate: float = number(10.0, 'rad/s', 0.0, 1e3, 'and one that turns faster')
+    max_acceleration: float = number(500.0, 'm/s^2', 1e-6, 1e6, 'or accelerates more')
+    max_angular_acceleration: float = number(
+        5000.0, 'rad/s^2', 1e-6, 1e8, 'or more so in turning')
+
+
+@dataclass(frozen=True, kw_only=True)
 class Solver(SceneSection):
     """Space and time discretisation."""
 
@@ -258,9 +271,12 @@ class Run(SceneSection):
         'at chunk ends; 0: none')
     stamped_cmd_vel: bool = switch(True, 'cmd_vel is a TwistStamped; false: a Twist')
     command_timeout: float = number(
-        0.0, 's', 0.0, 1e6, 'wall time without cmd_vel after which the sweeper stops; 0: never')
+        0.0, 's', 0.0, 1e6, 'wall time without cmd_vel, or cmd_mount once there was one, after '
+        'which the sweeper stops; 0: never')
     max_load: float = number(
         0.0, '1', 0.0, 1.0, 'share of a core that adaptive steps may take; 0: no budget')
+    carried: bool = switch(
+        False, 'lockstep: each chunk waits for the cmd_mount that is stamped with its end')
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from .equilibrium import static_equilibrium as static_equilibrium
     from .model import (new_scratch as new_scratch, viscosity_of as viscosity_of,
                         WORST_ERROR as WORST_ERROR)
+    from .mean_wrench import MeanWrench as MeanWrench
     from .mount_path import MountPath as MountPath, Pose as Pose
     from .polygon import load_steps as load_steps, ring_of as ring_of
     from .run_warnings import (QUANTITIES as QUANTITIES, RunWarning as RunWarning,
@@ -25,6 +26,7 @@ __getattr__, __dir__ = lazily(__name__, {
     'contacts': ['Contacts', 'wire_contacts'],
     'equilibrium': ['static_equilibrium'],
     'model': ['new_scratch', 'viscosity_of', 'WORST_ERROR'],
+    'mean_wrench': ['MeanWrench'],
     'mount_path': ['MountPath', 'Pose'],
     'polygon': ['load_steps', 'ring_of'],
     'run_warnings': ['QUANTITIES', 'RunWarning', 'RunWatch'],

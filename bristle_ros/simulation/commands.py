@@ -4,10 +4,11 @@ import math
 from numbers import Real
 from typing import Any, SupportsFloat, TypeAlias
 
-from bristle_ros.scene import depth_refusal, Scene
+from bristle_ros.scene import depth_refusal, follows_mount, Scene
 
 Values: TypeAlias = SupportsFloat | Iterable[SupportsFloat]     # of a command
 
+BRAKING = 'cmd_mount', (0.0,) * 6   # a command, when there have been none for too long
 HIGHEST = 10.0  # [m] that a command may lift the brush: what road.penetration may be
 
 
@@ -47,15 +48,18 @@ def _check_drive(scene: Scene, topic: str, value: float) -> None:
 
 def check_command(scene: Scene, topic: str, given: Values) -> tuple[float, ...]:
     """Return the values of a command as a tuple; raise CommandRefused where it cannot be."""
-    wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1, 'cmd_drive_torque': 1}
+    wanted = {'cmd_brush_speed': 1, 'cmd_vel': 3, 'cmd_penetration': 1, 'cmd_drive_torque': 1,
+              'cmd_mount': 13}
     if not isinstance(topic, str) or topic not in wanted:
         raise CommandRefused(f'{topic}: no such command; there are {", ".join(wanted)}')
     values = values_of(topic, given)
-    if len(values) != wanted[topic]:
+    if len(values) != wanted[topic] and (topic, values) != BRAKING:
         raise CommandRefused(f'{topic}: {len(values)} values, wants {wanted[topic]}')
     if not all(math.isfinite(value) for value in values):
         raise CommandRefused(f'{topic}: {values} is not finite')
     _check_drive(scene, topic, values[0])
+    if topic == 'cmd_mount' and not follows_mount(scene):
+        raise CommandRefused(f'{topic}: needs mount.enabled: true, or run.carried')
     if topic == 'cmd_vel':
         if math.hypot(*values[:2]) > scene.sweeper.max_speed:
             raise CommandRefused(

@@ -5,7 +5,7 @@ from bristle_ros.physics.contact import MATRIX_STEP
 from bristle_ros.physics.motion import (ACCELERATION, ADDED, COMMAND, drive_torque, END, HUB, Hub,
                                         keep_place, PSEUDO, REACTION, SPIN_RATE, START, TORQUE,
                                         TURNING)
-from bristle_ros.physics.step import (advance_driven, attempt_share, begin_turn, board_torque,
+from bristle_ros.physics.step import (advance_driven, attempt_share, begin_turn, board_wrench,
                                       end_turn, Model, own_frame, Scratch, State)
 from bristle_ros.physics.wire import HA, JUMP, LANES, LR, ROWS, SECTION_FORCE, STRAIN0, X, X0
 import numpy as np
@@ -85,7 +85,7 @@ class DrivenStepper(Stepper):
         for first, end in ((X0, HA), (STRAIN0, LR), (JUMP, SECTION_FORCE)):
             nodes[:, first:end] = kept.nodes.reshape(nodes.shape)[:, first:end]
         nodes[:, X:X + 7] = nodes[:, X0:X0 + 7]
-        for name in ('tip', 'points') if self._features[2] is None else ('tip', 'points', 'audit'):
+        for name in ('tip', 'points', 'audit'):
             getattr(state, name)[...] = getattr(kept, name)
         state.tip[:, MATRIX_STEP] = 0.0
 
@@ -119,7 +119,7 @@ def start_hub(hub: Hub, models: tuple[Model, ...], states: tuple[State, ...],
         for nodes, azimuth in zip(state.nodes, model.azimuth):
             own_frame(model, motion, azimuth, 0.0, scratch, frame)
             mount = frame[SPIN_RATE + 2]
-            reaction += board_torque(model, None, nodes, frame)
+            reaction += board_wrench(model, None, nodes, frame)[5]
     torque = drive_torque(hub, record[END + 1], record[COMMAND], record[END + 1])[0]
     acceleration = (torque + reaction - hub.inertia * mount) / (hub.inertia + clamps)
     for end in (START, END):

@@ -16,8 +16,8 @@ from bristle_ros.physics.step import (AUDIT, BATCH, corner_factors, COUNTS, gene
 from bristle_ros.physics.wire import (Air, BLOCK, block_count, chain_work, ELEMENTS, INERTIA,
                                       LANES, MASS, MIDS, Q, Q0, RECORD, ROWS, Section, WEIGHT, X,
                                       X0)
-from bristle_ros.scene import (brush_rows, is_uneven, longest, Row, Scene, SceneError, speed_table,
-                               start_speed, tip_depth)
+from bristle_ros.scene import (brush_rows, follows_mount, is_uneven, longest, Row, Scene,
+                               SceneError, speed_table, start_speed, tip_depth)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -154,7 +154,8 @@ def drive_of(scene: Scene, time_step: float) -> Drive:
         profile, d.alternating_speed, d.frequency, d.shape, scene.brush.start_angle,
         math.cos(road.attack_angle), math.sin(road.attack_angle), road.tilt_azimuth,
         *gravity_of(scene), tip_depth(scene), road.penetration, road.approach_time, x, y,
-        time_step, scene.gutter.approach if scene.gutter.enabled else 0.0, table, hub_of(scene))
+        time_step, scene.gutter.approach if scene.gutter.enabled else 0.0, table, hub_of(scene),
+        True if follows_mount(scene) else None)
 
 
 def hub_of(scene: Scene) -> Hub | None:

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from .simulation import Simulation
 
-
 Quaternion: TypeAlias = tuple[float, float, float, float]
 
 
@@ -29,7 +28,8 @@ class MountPath:
     `road` has its origin in the road plane below the sweeper's base at the start, and x forward at
     the start, so brushes of one sweeper share it. Height and heading are those of the simulation;
     the way that the sweeper has gone is summed over chunks by the trapezoidal rule, which leaves
-    less than 0.1 mm in a metre. On a surface that is not level it is the state's own.
+    less than 0.1 mm in a metre. On a surface that is not level, and where the mount is carried, it
+    is the state's own.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -55,6 +55,8 @@ class MountPath:
         if resets != self._resets:
             self._resets = resets
             self._restart()
+        if simulation.carried:
+            return simulation.mount_pose()
         height, heading, forward, left = simulation.sweeper_motion()
         c, s = math.cos(heading), math.sin(heading)
         velocity = np.array((c * forward - s * left, s * forward + c * left))
@@ -65,11 +67,11 @@ class MountPath:
             self._way = np.array(simulation.base_pose()[:2])
         x, y = self._mount
         position = np.array((self._way[0] + c * x - s * y, self._way[1] + s * x + c * y, height))
-        return Pose(position, *_tilted(heading, self._attack, self._azimuth),
+        return Pose(position, *tilted(heading, self._attack, self._azimuth),
                     simulation.kerb_offset())
 
 
-def _tilted(heading: float, attack: float, azimuth: float
+def tilted(heading: float, attack: float, azimuth: float
             ) -> tuple[NDArray[np.float64], Quaternion]:
     """Return Rz(heading) Rz(azimuth) Ry(attack) Rz(-azimuth) as a matrix and as a quaternion."""
     ca, sa = math.cos(attack), math.sin(attack)

@@ -5,26 +5,30 @@ import time
 from typing import Any, SupportsIndex
 
 from bristle_ros.physics.contact import GAP, gap_at, IMPULSE, MOST
-from bristle_ros.physics.motion import (approach_at as compiled_approach_at, APPROACHING,
+from bristle_ros.physics.motion import (approach_at as compiled_approach_at, APPROACHING, CARRY,
                                         DRIVE_WORK, FORWARD, HEIGHT,
                                         kerb_offset as compiled_kerb_offset, LEFT, MOVED,
                                         PENETRATION, RAMP, ramp_at as compiled_ramp_at,
-                                        renew_rates, ROTATION, SPEED, split_load_step, TORQUE,
-                                        TURNING, YAW)
+                                        renew_rates, ROTATION, SEGMENT, SPEED, split_load_step,
+                                        TORQUE, TURNING, YAW)
 from bristle_ros.physics.step import (AT_FINEST, CLAMP_INSIDE, FAILURES, initialise, Model, NEWTON,
                                       NO_CONVERGENCE, NOT_FINITE, output, own_frame,
                                       SINGULAR_MATRIX, SPLIT, SUBSTEPS, TOO_MANY_POINTS,
-                                      UNFINISHED)
+                                      UNFINISHED, WRENCH)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
 from bristle_ros.scene import brush_rows, Scene, spell, to_parameters
 import numpy as np
 from numpy.typing import NDArray
 
-from .commands import check_command, Values
+from .carried import (brake, check_way, is_carried, MountState, quaternion_of, state_at,
+                      target_of, way_to)
+from .commands import BRAKING, check_command, CommandRefused, Values
 from .driven import DrivenStepper, jump_torque, start_hub
 from .equilibrium import settle_state
 from .model import (build_models, build_state, check_start, contact_law, local_error_of,
                     new_scratch, rows_of, states_of, touches_anywhere, turn_nodes, viscosity_of)
+from .jump import jump_accelerations
+from .mount_path import Pose, tilted
 from .observe import observe_rows
 from .snapshot import ACCOUNTED, Snapshot
 from .stepper import Stepper
@@ -253,17 +257,23 @@ class Simulation:
 
     def check_command(self, topic: str, values: Values) -> None:
         """Raise CommandRefused where `command` would; change nothing."""
-        check_command(self.scene, topic, values)
+        checked = check_command(self.scene, topic, values)
+        if topic in ('cmd_vel', 'cmd_penetration') and self.carried:
+            raise CommandRefused(f'{topic}: the mount is carried by cmd_mount, until a reset')
+        if topic == 'cmd_mount' and checked != BRAKING[1]:
+            target_of(checked)
 
     def command(self, topic: str, values: Values) -> None:
         """
         Follow a command from now on.
 
         topic : 'cmd_brush_speed' (rad/s,), 'cmd_vel' (m/s, m/s, rad/s), 'cmd_penetration' (m,) or
-        'cmd_drive_torque' (N m,), which acts at once
+        'cmd_drive_torque' (N m,), which acts at once, or 'cmd_mount' (13 values: see
+        carried.target_of), reached run.chunk later
         Changes are limited by drive.max_acceleration, sweeper.max_acceleration,
         sweeper.max_yaw_acceleration and road.max_rate. Raises CommandRefused.
         """
+        self.check_command(topic, values)
         checked = check_command(self.scene, topic, values)
         drive, now = self.model.drive, self.step * self.its
         if drive.time_step:
@@ -276,6 +286,8 @@ class Simulation:
         scene = self.scene
         if topic == 'cmd_brush_speed':
             self._ramp(SPEED, now, values[0], scene.drive.max_acceleration)
+        elif topic == 'cmd_mount':
+            self._carry(values, now)
         elif topic == 'cmd_drive_torque':
             if self.model.drive.hub is not None:
                 jump_torque(self.model.drive.hub, self.state.motion, values[0])
@@ -293,6 +305,47 @@ class Simulation:
             self._ramp(FORWARD, now, values[0], None, duration)
             self._ramp(LEFT, now, values[1], None, duration)
             self._ramp(YAW, now, values[2], scene.sweeper.max_yaw_acceleration)
+
+    def _carry(self, values: tuple[float, ...], now: float) -> None:
+        scene, state = self.scene, self.mount_state()
+        if values == BRAKING[1]:
+            segment = brake(now, state, scene)
+        else:
+            segment = way_to(now, state, target_of(values), round(
+                scene.run.chunk / self.its) * self.its)
+            check_way(scene, segment)
+        frames, azimuth = self._scratch.frames[:2], np.array((1.0, 0.0, 1.0, 0.0))
+        own_frame(self.model, self.state.motion, azimuth, now, self._scratch, frames[0])
+        self.state.motion[CARRY:CARRY + SEGMENT] = segment
+        own_frame(self.model, self.state.motion, azimuth, now, self._scratch, frames[1])
+        jump_accelerations(self.models, self._states, *frames)
+
+    @property
+    def carried(self) -> bool:
+        """Whether the mount is carried: since the first cmd_mount."""
+        return is_carried(self.state.motion)
+
+    def mount_state(self) -> MountState:
+        """Return where the mount is and how it moves, road axes."""
+        now, motion = self.step * self.its, self.state.motion
+        if self.carried:
+            return state_at(now, motion)
+        height, heading, forward, left = self.sweeper_motion()
+        yaw, (x, y) = ramp_at(motion, YAW, now)[0], self.scene.sweeper.mount_position
+        c, s = math.cos(heading), math.sin(heading)
+        forward, left = forward - yaw * y, left + yaw * x
+        rise = (approach_at(now, self.scene.road.penetration, self.scene.road.approach_time)
+                if motion[APPROACHING] else ramp_at(motion, PENETRATION, now))[1]
+        rotation, _ = tilted(heading, self.scene.road.attack_angle, self.scene.road.tilt_azimuth)
+        place = np.array((motion[MOVED], motion[MOVED + 1] + self.kerb_offset(), height))
+        return MountState(place, np.array((c * forward - s * left, s * forward + c * left, -rise)),
+                          rotation, yaw * rotation[2])
+
+    def mount_pose(self) -> Pose:
+        """Return where a mount that is carried is."""
+        state = self.mount_state()
+        return Pose(state.position, state.rotation, quaternion_of(state.rotation),
+                    self.kerb_offset())
 
     def _ramp(self, at: int, now: float, target: float, limit: float | None,
               duration: float = 0.0) -> None:
@@ -324,8 +377,13 @@ class Simulation:
         return offset
 
     def base_pose(self) -> tuple[float, float, float]:
-        """Return x, y [m] and heading [rad] of the sweeper's base on the road."""
+        """Return x, y [m], heading [rad] of the sweeper's base; of a mount that is carried."""
         now, motion = self.step * self.its, self.state.motion
+        if self.carried:
+            state = self.mount_state()
+            x, y, _ = state.position.tolist()
+            _, _, turn, whole = quaternion_of(state.rotation)
+            return x, y, 2.0 * math.atan2(turn, whole)     # about z, whatever the tilt
         heading = ramp_at(motion, YAW, now)[2]
         c, s = math.cos(heading), math.sin(heading)
         x, y = self.scene.sweeper.mount_position
@@ -355,6 +413,16 @@ class Simulation:
                         base_pose=np.array(self.base_pose()),
                         drive_torque=float(hub[TORQUE] if driven else -totals[TORQUE_Z]),
                         drive_work=float(hub[DRIVE_WORK]) if driven else math.nan, **found)
+
+    def wrench_impulse(self) -> NDArray[np.float64]:
+        """
+        Return force and torque of the brush on the sweeper, summed over all steps since the start.
+
+        (6,) [N s, N m s] about the mount centre, mount axes of each step. Kept where the mount may
+        be carried.
+        """
+        impulse: NDArray[np.float64] = self.state.audit[:, WRENCH:WRENCH + 6].sum(axis=0)
+        return impulse
 
     def begin_sample(self) -> None:
         """Let clamp_stress_min and _max of the samples to come be those from here on."""

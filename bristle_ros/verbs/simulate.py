@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import warnings
 
 from bristle_ros.command_line import add_scene, INTERRUPTED, load_scene, Parser, StopSignals
-from bristle_ros.scene import load, Scene, SceneError, steps
+from bristle_ros.scene import follows_mount, load, Scene, SceneError, steps
 
 from .sample_file import (arrays_of, check_output, chosen_arrays, open_output, SampleArrays,
                           wants_accounts)
@@ -72,7 +72,7 @@ class _Run:
         its = self.scene.solver.integration_time_step
         events = list(_events(commands, its))
         from bristle_ros.realtime import Driver  # from here on the compiler is needed
-        from bristle_ros.simulation import CommandRefused, RunWatch, Simulation
+        from bristle_ros.simulation import CommandRefused, MeanWrench, RunWatch, Simulation
         self.simulation = Simulation(self.scene, energies=wants_accounts(arrays))
         for place, event in events:
             try:
@@ -83,6 +83,8 @@ class _Run:
         self.driver = Driver(self.simulation, paced=False,
                              sample=steps(self.scene, self.scene.run.sample, 'run.sample'))
         self.driver.watch = RunWatch(self.simulation)
+        if follows_mount(self.scene):
+            self.driver.mean = MeanWrench()
         self.driver.schedule([event for _, event in events])
         self.expected_samples = -(-self.steps // self.driver.sample)
         self.failure = None
@@ -182,8 +184,9 @@ def _events(commands, its):
 def _parse(arguments):
     parser = Parser('simulate', 'Simulates a scene without ROS, as fast as it goes. A CSV of '
                     'commands has lines t,topic,values... with topic cmd_brush_speed (rad/s), '
-                    'cmd_vel (vx, vy, yaw rate), cmd_penetration (m), cmd_drive_torque (N m) or '
-                    'reset (none).')
+                    'cmd_vel (vx, vy, yaw rate), cmd_penetration (m), cmd_drive_torque (N m), '
+                    'cmd_mount (x y z, quaternion x y z w, linear and angular velocity) or reset '
+                    '(none).')
     add_scene(parser)
     parser.add_argument('--duration', type=float, required=True, metavar='S',
                         help='simulated time [s]')

@@ -6,7 +6,7 @@ from bristle_ros.log import (differences, in_order, is_event, load_tolerance, pr
                              Recording, scene_of)
 from bristle_ros.messages import (decode_scene, encode as messages, robot_description, SCENE,
                                   transforms_topic)
-from bristle_ros.simulation import MountPath
+from bristle_ros.simulation import MeanWrench, MountPath
 
 TOLERANCE = 1e-9        # relative, where other instructions may have been used
 
@@ -62,8 +62,11 @@ class _Again:
         self._limits = limits               # topic -> largest differences allowed; None: no bit
         self._scene = scene = recording.scene
         prefix, path, self._resets = scene.run.frame_prefix, MountPath(scene), 0
-        self._topics = {topic.name: topic for topic in (*messages.topics(prefix), transforms_topic(
-            prefix, lambda: path.follow(simulation, self._resets)))}
+        mean = MeanWrench()
+        self._topics = {topic.name: topic for topic in (
+            *messages.topics(prefix),
+            transforms_topic(prefix, lambda: path.follow(simulation, self._resets)),
+            messages.mean_wrench_topic(prefix, lambda: mean.follow(simulation, self._resets)))}
         self._snapshot = None
 
     @property
@@ -191,7 +194,8 @@ def _limits(recording):
 
     Relative to the largest that its vector has in the log: in the air a force is round-off alone.
     """
-    topics = {topic.name: topic for topic in (*messages.TOPICS, transforms_topic())}
+    topics = {topic.name: topic for topic in (
+        *messages.TOPICS, transforms_topic(), messages.mean_wrench_topic())}
     limits = {name: [0.0] * len(topic.fields) for name, topic in topics.items()}
     for entry in recording.entries():
         topic = topics.get(entry.name)

@@ -33,7 +33,9 @@ class Counting:
 
     def __init__(self, clock, *, chunk=5e-3, factor=1.0, timeout=0.0, cost=0, fail_at=None):
         self.scene = SimpleNamespace(run=SimpleNamespace(
-            chunk=chunk, real_time_factor=factor, command_timeout=timeout, max_load=0.0))
+            chunk=chunk, real_time_factor=factor, command_timeout=timeout, max_load=0.0,
+            carried=False))
+        self.carried = False
         self.its, self.step = 1e-4, 0
         self.calls, self._clock, self.cost, self.fail_at = [], clock, cost, fail_at
 
@@ -494,3 +496,33 @@ def test_refusals_of_many_threads_are_all_counted():
     for thread in threads:
         thread.join()
     assert driver.refused == 80
+
+
+def test_in_lockstep_a_chunk_waits_for_its_way():
+    clock = Clock()
+    simulation = Counting(clock)
+    simulation.scene.run.carried = True
+    driver, way = Driver(simulation, clock=clock), (0.0,) * 12
+    told = []
+    driver.on_refusal = told.append
+    assert driver.next_deadline() is None
+    for end, words in ((0, 'the next chunk is'), (49, 'the next chunk is'),
+                       (100, 'the next chunk is')):
+        with pytest.raises(CommandRefused, match=words):
+            driver.carry(end, (*way, 1.0))
+    assert not driver.due()
+    driver.carry(50, (*way, 1.0))
+    driver.carry(50, (*way, 1.0))   # the same once more: no harm
+    with pytest.raises(CommandRefused, match='there is one for the chunk that ends at 0.005 s'):
+        driver.carry(50, (*way, 2.0))
+    assert driver.due()
+    assert driver.run_chunk().events == ((0, 'command', 'cmd_mount', (*way, 1.0)),)
+    assert driver.next_deadline() is None
+    with pytest.raises(CommandRefused, match='not this one'):
+        driver.carry(100, (666.0,))
+    assert driver.due()     # the other simulator is not left waiting
+    assert driver.run_chunk().events == ()
+    assert (driver.refused, driver.late_chunks, simulation.step) == (5, 0, 100)
+    assert told == []       # whoever sent them was told at once
+    offline = Driver(simulation, clock=clock, paced=False)
+    assert offline.due()

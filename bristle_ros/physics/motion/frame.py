@@ -9,78 +9,18 @@ axes and the height of the mount above the road (a frame record). Orientation, b
 `motion` holds the ramps that commands change; `Drive` what stays.
 """
 from math import cos, floor, sin
-from typing import NamedTuple
 
 from bristle_ros.physics.compiler import jit
 import numpy as np
 from numpy.typing import NDArray
 
+from .carried import (AT_ACCELERATION, AT_PLACE, AT_RATE, AT_RATE_RATE, AT_ROTATION, AT_VELOCITY,
+                      CARRIED, carried_at)
 from .drive import approach_at, profile_at, RAMP, ramp_at, table_at
-from .hub import HUB, Hub, hub_at
-
-# frame record
-ROTATION = 0        # 9  brush axes to road axes, row by row
-SPIN = ROTATION + 9  # 3  Omega [rad/s], brush axes
-SPIN_RATE = SPIN + 3  # 3  its rate [rad/s^2], brush axes
-GRAVITY = SPIN_RATE + 3  # 3  gravity minus the mount's acceleration [m/s^2], brush axes
-VELOCITY = GRAVITY + 3  # 3  of the mount centre over the surface [m/s], road axes
-HEIGHT = VELOCITY + 3  # 1  of the mount centre over the road plane [m]
-HEIGHT_RATE = HEIGHT + 1  # 1
-THETA = HEIGHT_RATE + 1  # 1  exact angle, speed of the brush, whatever the load steps are
-OMEGA = THETA + 1   # 1
-DRAG_SPIN = OMEGA + 1  # 1  speed about z of the brush, seen from here: 0 where it turns along
-DRAG_RATE = DRAG_SPIN + 1  # 1  its rate
-CLAMP = DRAG_RATE + 1  # 7  position and quaternion of the clamped node
-PLACE = CLAMP + 7   # 2  of the mount centre in the surface's axes, x and y [m]; see path.py
-FRAME = PLACE + 2
-
-# motion: ramps of mean speed, yaw rate, penetration and sweeper velocity, and the approach
-SPEED = 0
-YAW = RAMP
-PENETRATION = 2 * RAMP
-FORWARD = 3 * RAMP
-LEFT = 4 * RAMP
-APPROACHING = 5 * RAMP      # 1 until the first command to the road
-
-# basics: what the frame is made of, linear between load steps (twelve numbers), then the ramps'
-# value, rate and integral
-RAMPS = 5
-_RAMPED = 12
-BASICS = _RAMPED + 3 * RAMPS
-_RATES = (2, 5, 7, 9, 11)   # of the basics: accelerations, and the road's speed
-
-# motion, where a command splits a load step: its time, and the loads that the step had reached
-LOAD_SPLIT = APPROACHING + 1
-SPLIT_BASICS = LOAD_SPLIT + 1
-SPLIT_CLAMP = SPLIT_BASICS + _RAMPED    # 2  cosine and sine that place the clamp on its chord
-MOVED = SPLIT_CLAMP + 2     # 2  PLACE at the end of the last step
-TURNING = MOVED + 2         # HUB  where the drive feels its load: hub.py
-MOTION = TURNING + HUB
-
-
-class Drive(NamedTuple):
-    """What determines the brush frame's motion and no command changes; SI units."""
-
-    profile: int
-    alternating_speed: float
-    frequency: float
-    shape: float
-    start_angle: float
-    cos_attack: float
-    sin_attack: float
-    tilt_azimuth: float
-    down_x: float           # gravity [m/s^2], road axes
-    down_y: float
-    down_z: float
-    tip_depth: float        # of the lowest undeformed tip below the mount centre [m]
-    penetration: float      # at the end of the approach [m]
-    approach_time: float    # [s]
-    mount_x: float          # of the mount centre in the sweeper's turning axes [m]
-    mount_y: float
-    time_step: float        # TS [s]; 0: exact at every time
-    kerb_approach: float    # how much further away the kerb starts [m]
-    table: NDArray[np.float64] | None   # (n, 6) of speeds: see `table_at`
-    hub: Hub | None         # None: the speed is given
+from .hub import hub_at
+from .records import (APPROACHING, CARRY, CLAMP, DRAG_RATE, DRAG_SPIN, FRAME, GRAVITY, HEIGHT,
+                      HEIGHT_RATE, LOAD_SPLIT, MOTION, OMEGA, RAMPED, RAMPS, RATES, ROTATION,
+                      SPEED, SPIN, SPIN_RATE, SPLIT_BASICS, SPLIT_CLAMP, THETA, TURNING, VELOCITY)
 
 
 @jit
@@ -103,26 +43,26 @@ def _turn_at(t, drive, motion, out, hub):
     if hub is not None:
         return hub_at(t, motion, TURNING)
     angle, speed, acceleration = _profile_of(t, drive, drive.table)
-    return (drive.start_angle + out[_RAMPED + 2] + angle, out[_RAMPED] + speed,
-            out[_RAMPED + 1] + acceleration)
+    return (drive.start_angle + out[RAMPED + 2] + angle, out[RAMPED] + speed,
+            out[RAMPED + 1] + acceleration)
 
 
 @jit
 def _basics_at(t, drive, motion, out):
     """Fill the scalars that the frame is made of, at time t."""
     for i in range(RAMPS):
-        out[_RAMPED + 3 * i], out[_RAMPED + 3 * i + 1], out[_RAMPED + 3 * i + 2] = ramp_at(
+        out[RAMPED + 3 * i], out[RAMPED + 3 * i + 1], out[RAMPED + 3 * i + 2] = ramp_at(
             motion, RAMP * i, t)
     out[0], out[1], out[2] = _turn_at(t, drive, motion, out, drive.hub)
-    out[3] = out[_RAMPED + 5]
-    out[4] = out[_RAMPED + 3]
-    out[5] = out[_RAMPED + 4]
-    out[6], out[7] = out[_RAMPED + 9], out[_RAMPED + 10]
-    out[8], out[9] = out[_RAMPED + 12], out[_RAMPED + 13]
+    out[3] = out[RAMPED + 5]
+    out[4] = out[RAMPED + 3]
+    out[5] = out[RAMPED + 4]
+    out[6], out[7] = out[RAMPED + 9], out[RAMPED + 10]
+    out[8], out[9] = out[RAMPED + 12], out[RAMPED + 13]
     if motion[APPROACHING] > 0.0:
         depth, rate = approach_at(t, drive.penetration, drive.approach_time)
     else:
-        depth, rate = out[_RAMPED + 6], out[_RAMPED + 7]
+        depth, rate = out[RAMPED + 6], out[RAMPED + 7]
     out[10] = drive.tip_depth - depth
     out[11] = -rate
 
@@ -147,7 +87,7 @@ def _load_step_ends(t, n, part, drive, motion, basics):
     _basics_at(end, drive, motion, basics[1])
     split = motion[LOAD_SPLIT]
     if split > (n + 1e-9) * drive.time_step:
-        for i in range(_RAMPED):
+        for i in range(RAMPED):
             basics[0, i] = motion[SPLIT_BASICS + i]
         return (t - split) / (end - split)
     _basics_at(n * drive.time_step, drive, motion, basics[0])
@@ -178,7 +118,7 @@ def split_load_step(t, drive, motion, basics):
     c, s = _chord_start(n, drive, motion, basics)
     motion[SPLIT_CLAMP] = (1.0 - part) * c + part * cos(basics[1, 0])
     motion[SPLIT_CLAMP + 1] = (1.0 - part) * s + part * sin(basics[1, 0])
-    for i in range(_RAMPED):
+    for i in range(RAMPED):
         motion[SPLIT_BASICS + i] = basics[0, i] + part * (basics[1, i] - basics[0, i])
     motion[LOAD_SPLIT] = t
 
@@ -188,7 +128,7 @@ def renew_rates(t, drive, motion, basics):
     """Let accelerations and the road's speed be those of the new ramps where a step is split."""
     if motion[LOAD_SPLIT] == t:
         _basics_at(t, drive, motion, basics[0])
-        for i in _RATES:
+        for i in RATES:
             motion[SPLIT_BASICS + i] = basics[0, i]
 
 
@@ -221,7 +161,7 @@ def frame_at(t, drive, displacement, motion, basics, frame):
         frame[OMEGA] = basics[0, 1]
         if part > 0.0:
             part = _load_step_ends(t, n, part, drive, motion, basics)
-            for i in range(_RAMPED):
+            for i in range(RAMPED):
                 basics[0, i] += part * (basics[1, i] - basics[0, i])
     else:
         _basics_at(t, drive, motion, basics[0])
@@ -279,6 +219,55 @@ def frame_at(t, drive, displacement, motion, basics, frame):
                               + frame[ROTATION + 6 + i] * gz)
     frame[HEIGHT] = basics[0, 10]
     frame[HEIGHT_RATE] = basics[0, 11]
+    if is_carried(drive.carrier):
+        _carry_frame(drive.carrier, t, drive, motion, (theta, omega, alpha), basics[1], frame)
+
+
+@jit
+def is_carried(carrier):
+    """Return whether the mount may be carried."""
+    return carrier is not None
+
+
+@jit
+def _carry_frame(carrier, t, drive, motion, turn, at, frame):
+    """
+    Let a frame record be that of a mount that is carried, from the first command on.
+
+    turn : angle, speed and acceleration of the brush;  at : (BASICS,) scratch
+
+    With u the mount's angular velocity in its own axes the brush's is Rz(theta)^T u + omega z, and
+    its rate Rz(theta)^T u' - omega z x Rz(theta)^T u + alpha z.
+    """
+    if carrier is None:
+        return
+    if motion[CARRY + CARRIED] == 0.0:
+        return
+    theta, omega, alpha = turn
+    carried_at(t, motion, CARRY, at)
+    c, s = cos(theta), sin(theta)
+    for row in range(0, 9, 3):
+        x, y = at[AT_ROTATION + row], at[AT_ROTATION + row + 1]
+        frame[ROTATION + row] = c * x + s * y
+        frame[ROTATION + row + 1] = c * y - s * x
+        frame[ROTATION + row + 2] = at[AT_ROTATION + row + 2]
+    u1, u2 = c * at[AT_RATE] + s * at[AT_RATE + 1], c * at[AT_RATE + 1] - s * at[AT_RATE]
+    d1 = c * at[AT_RATE_RATE] + s * at[AT_RATE_RATE + 1]
+    d2 = c * at[AT_RATE_RATE + 1] - s * at[AT_RATE_RATE]
+    frame[SPIN], frame[SPIN + 1], frame[SPIN + 2] = u1, u2, at[AT_RATE + 2] + omega
+    frame[SPIN_RATE] = d1 + omega * u2
+    frame[SPIN_RATE + 1] = d2 - omega * u1
+    frame[SPIN_RATE + 2] = at[AT_RATE_RATE + 2] + alpha
+    frame[VELOCITY], frame[VELOCITY + 1] = at[AT_VELOCITY], at[AT_VELOCITY + 1]
+    if drive.kerb_approach != 0.0:
+        frame[VELOCITY + 1] -= kerb_offset(t, drive)[1]
+    g1, g2, g3 = (drive.down_x - at[AT_ACCELERATION], drive.down_y - at[AT_ACCELERATION + 1],
+                  drive.down_z - at[AT_ACCELERATION + 2])
+    for i in range(3):
+        frame[GRAVITY + i] = (frame[ROTATION + i] * g1 + frame[ROTATION + 3 + i] * g2
+                              + frame[ROTATION + 6 + i] * g3)
+    frame[HEIGHT] = at[AT_PLACE + 2]
+    frame[HEIGHT_RATE] = at[AT_VELOCITY + 2]
 
 
 @jit

@@ -32,8 +32,8 @@ DRIVE_WORK = TORQUE + 1  # 1  [J] of T since the start
 # ends of the last two steps, and in the last attempt at the present one
 REACTION = DRIVE_WORK + 1  # 6
 ADDED = REACTION + 6  # 1  [kg m^2] by how much the reaction falls with the acceleration
-CARRIED = ADDED + 1  # 1  [N m] what the last step left of the balance
-ATTEMPTS = CARRIED + 1  # 1  at the present step
+OWED = ADDED + 1  # 1  [N m] what the last step left of the balance
+ATTEMPTS = OWED + 1  # 1  at the present step
 ASKED = ATTEMPTS + 1  # 1  omega_0 at the end of the present step [rad/s]
 MOUNT_RATE = ASKED + 1  # 1  of the mount's spin about the brush axis there [rad/s^2]
 HUB = MOUNT_RATE + 1

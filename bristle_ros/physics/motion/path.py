@@ -12,7 +12,7 @@ Sub-steps lie on the same parabola, so a step ends where its parts do.
 """
 from bristle_ros.physics.compiler import jit
 
-from .frame import MOVED, PLACE, VELOCITY
+from .records import MOVED, PLACE, VELOCITY
 
 
 @jit

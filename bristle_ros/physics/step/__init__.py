@@ -1,8 +1,9 @@
 """How a bristle gets from one moment to the next, and what is seen of it there."""
 # flake8: noqa: F401  what other rooms may use
 from .clearance import lowest_node
-from .driven import (advance_driven, attempt_share, begin_turn, board_torque, end_turn)
-from .energy import AUDIT, STRESS_MAX, STRESS_MIN
+from .board import board_wrench
+from .driven import advance_driven, attempt_share, begin_turn, end_turn
+from .energy import AUDIT, STRESS_MAX, STRESS_MIN, WRENCH
 from .equilibrium import settle
 from .newton import (AT_FINEST, CLAMP_INSIDE, COUNTS, FACTORISATIONS, FAILURES, NEWTON,
                      NO_CONVERGENCE, NOT_FINITE, SINGULAR_MATRIX, SPLIT, SUBSTEPS, TOO_MANY_POINTS,

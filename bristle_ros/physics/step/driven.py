@@ -3,7 +3,7 @@ A step of a brush whose drive feels its load: hub and wires together.
 
 The hub is one more degree of freedom of the same integrator (scheme.py), so its balance
 
-    J (a1 + mount) = T(omega1) + tau(a1) + carried
+    J (a1 + mount) = T(omega1) + tau(a1) + owed
 
 holds at the step's end, and the whole has the scheme's order. tau is known only by stepping the
 wires with the motion that a1 gives. The first a1 of a step is the one that balances a straight
@@ -13,23 +13,22 @@ Causin, Gerbeau, Nobile 2005, doi 10.1016/j.cma.2004.12.005). Wires that are sti
 follow like a rigid body, so it begins as their inertia; attempts at one step correct it (secant).
 
 Where what is left of the balance would change the angle by no more than Newton's tolerance, the
-step stands, and the next one's balance carries the rest: no impulse is lost, and a smooth motion
+step stands, and the next one's balance owes the rest: no impulse is lost, and a smooth motion
 takes one attempt a step. Else all wires go back and step again, at most MOST_ATTEMPTS times.
 """
 from bristle_ros.physics.compiler import inlined, jit, take
 from bristle_ros.physics.contact import CONTRACTION, EXTRA, MATRIX_STEP, USUAL
-from bristle_ros.physics.motion import (ACCELERATION, ADDED, asked_speed, ASKED, ATTEMPTS, CARRIED,
-                                        CLAMP, COMMAND, DRIVE_WORK, drive_torque, END, frame_at,
+from bristle_ros.physics.motion import (ACCELERATION, ADDED, asked_speed, ASKED, ATTEMPTS, OWED,
+                                        COMMAND, DRIVE_WORK, drive_torque, END, frame_at,
                                         HUB, keep_place, LASTS, MOUNT_RATE, PSEUDO, REACTION,
                                         SPIN_RATE, START, STARTED, TORQUE, turn_frame, TURNING)
-from bristle_ros.physics.wire import clamp_reaction, internal_forces, OK, RATE0
+from bristle_ros.physics.wire import OK
 
-from .energy import frame_force
+from .board import board_wrench
+from .energy import AUDIT
 from .newton import AT_FINEST, SPLIT
-from .output import put_damping
 from .scheme import newton_tolerance
 from .stepping import fill_frames, keep_copy, make_steps, PARTS
-from .stress import air_on_clamp
 
 MOST_ATTEMPTS = 8
 BRANCHES = 4        # corrections of a balance that is straight in pieces: one a piece, and one
@@ -58,7 +57,7 @@ def _relation(scheme):
 def _excess(drive, scheme, hub, reaction):
     """Return what is left of the balance [N m], and what that falls by with a1, wires apart."""
     torque, slope = drive_torque(drive, hub[ASKED], hub[COMMAND], hub[END + 1])
-    left = (torque + reaction + hub[CARRIED]
+    left = (torque + reaction + hub[OWED]
             - drive.inertia * (hub[END + ACCELERATION] + hub[MOUNT_RATE]))
     return left, drive.inertia - slope * scheme.gamma * hub[LASTS] * _relation(scheme)
 
@@ -119,32 +118,15 @@ def end_turn(model, drive, motion, torques):
         return False
     for i in range(4):
         hub[REACTION + i] = hub[REACTION + 2 + i]
-    hub[CARRIED] = left
+    hub[OWED] = left
     before = hub[TORQUE]
     hub[TORQUE], _ = drive_torque(drive, hub[ASKED], hub[COMMAND], hub[END + 1])
     hub[DRIVE_WORK] += 0.5 * h * (before * hub[START + 1] + hub[TORQUE] * hub[END + 1])
     return True
 
 
-@inlined
-def board_torque(model, viscosity, s, frame):
-    """
-    Return what a bristle's wires do to the board about the brush axis [N m], as output.py does.
-
-    s : (blocks, BLOCK)     nodes at the end of a step;  frame : (FRAME,)    then, own axes
-    """
-    if viscosity is not None:
-        put_damping(s, model, viscosity, RATE0, 0.0)
-    clamp = frame[CLAMP:]
-    internal_forces(s, model.blocks, clamp, model.section, 1.0, 0.0)
-    _, f2, _, _, _, m3 = clamp_reaction(s, clamp)
-    _, a2, _ = air_on_clamp(model, model.air, frame)
-    _, g2, _ = frame_force(frame, model.clamp[0], model.clamp[1], model.clamp[2])
-    return model.wires * (m3 + model.clamp[0] * (f2 + a2 + model.clamp_mass * g2))
-
-
 @jit
-def _keep_or_restore(model, audit, state, kept, bristle, again):
+def _keep_or_restore(state, kept, bristle, again):
     """Keep a bristle as it is at the step's start, or put it back there."""
     if again:
         tip = state.tip[bristle]
@@ -157,29 +139,26 @@ def _keep_or_restore(model, audit, state, kept, bristle, again):
                                                                       extra)
         state.counts[bristle, SPLIT] = kept.counts[bristle, SPLIT]
         state.counts[bristle, AT_FINEST] = kept.counts[bristle, AT_FINEST]
-        if audit is not None:
-            for i in range(audit.shape[1]):
-                audit[bristle, i] = kept.audit[bristle, i]
+        for i in range(AUDIT):
+            state.audit[bristle, i] = kept.audit[bristle, i]
         return
     keep_copy(state.nodes[bristle], state.tip[bristle], state.points[bristle],
               kept.nodes[bristle], kept.tip[bristle], kept.points[bristle])
     kept.counts[bristle, SPLIT] = state.counts[bristle, SPLIT]
     kept.counts[bristle, AT_FINEST] = state.counts[bristle, AT_FINEST]
-    if audit is not None:
-        for i in range(audit.shape[1]):
-            kept.audit[bristle, i] = audit[bristle, i]
+    for i in range(AUDIT):
+        kept.audit[bristle, i] = state.audit[bristle, i]
 
 
 @inlined
 def _attempt(model, law, viscosity, audit, state, scratch, turn, bristle):
     """Make an attempt at a step of one bristle, and fill its torque; return the status."""
-    _keep_or_restore(model, audit, state, turn.kept, bristle,
-                     state.motion[TURNING + ATTEMPTS] > 0.0)
+    _keep_or_restore(state, turn.kept, bristle, state.motion[TURNING + ATTEMPTS] > 0.0)
     status = make_steps(model, law, viscosity, audit, state, scratch, bristle, 1)
     if status == OK:
         frame, azimuth = scratch.frames[2], model.azimuth[bristle]
         turn_frame(scratch.table[2], azimuth[0], azimuth[1], frame)
-        turn.torques[bristle] = board_torque(model, viscosity, state.nodes[bristle], frame)
+        turn.torques[bristle] = board_wrench(model, viscosity, state.nodes[bristle], frame)[5]
     return status
 
 

@@ -21,7 +21,8 @@ INJECTED = 2    # the most that contact put into the bristle in a step, beyond t
 REACTION = INJECTED + 1    # 6  the clamp's force, moment at the end of the last step, brush axes
 STRESS_MIN = REACTION + 6  # 4  stress at the clamp's corners since the last sample: see stress.py
 STRESS_MAX = STRESS_MIN + 4  # 4
-AUDIT = STRESS_MAX + 4
+WRENCH = STRESS_MAX + 4     # 6  force [N s], moment [N m s] on the board since the start: board.py
+AUDIT = WRENCH + 6
 
 
 @jit

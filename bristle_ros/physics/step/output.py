@@ -9,9 +9,9 @@ from bristle_ros.physics.contact import (ALIVE, ESTIMATE, FORCE, GAP, IMPULSE, p
 from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, is_polygon, MOVED,
                                         OMEGA, PLACE, ROTATION, SPIN, SPIN_RATE, THETA, turn_frame)
 from bristle_ros.physics.wire import (clamp_reaction, internal_forces, LANES, MASS, node_air, Q,
-                                      Q0, RATE0, stiffness, STRAIN0, STRAIN_BEFORE, STRESS0,
-                                      tip_lane, V0, X, X0)
+                                      Q0, RATE0, STRAIN0, tip_lane, V0, X, X0)
 
+from .board import put_damping
 from .clearance import lowest_node, nearest_point, touching_length
 from .energy import (DISSIPATED, kinetic_energy, spring_energy_of_points, strain_energy,
                      STRESS_MAX, STRESS_MIN, WORK)
@@ -93,24 +93,6 @@ def _put_stress(row, corners, audit, f1, f2, f3, m1, m2, m3):
         row[LEAST_STRESS + i] = min(stress, audit[STRESS_MIN + i])
         row[LARGEST_STRESS + i] = max(stress, audit[STRESS_MAX + i])
         row[WORST] = max(row[WORST], -row[LEAST_STRESS + i], row[LARGEST_STRESS + i])
-
-
-@jit
-def put_damping(s, model, viscosity, rows, by_time):
-    """
-    Put the stress that damping gives into STRESS0, with the strain rates in the rows from `rows`.
-
-    by_time [1/s] : float   0, or the rates are what these rows have changed by over the step
-    """
-    c = stiffness(model.section)
-    for j in range(model.blocks):
-        for component in range(6):
-            scale = viscosity * c[component]
-            for i in range(LANES):
-                rate = s[j, (rows + component) * LANES + i]
-                if by_time > 0.0:
-                    rate = by_time * (rate - s[j, (STRAIN_BEFORE + component) * LANES + i])
-                s[j, (STRESS0 + component) * LANES + i] = scale * rate
 
 
 @inlined

@@ -6,12 +6,14 @@ step; when that fails too, `advance` stops with a status and the state at the st
 integration step. All decisions depend on the state alone, so a run repeats bit for bit.
 """
 from bristle_ros.physics.compiler import inlined, jit, take
-from bristle_ros.physics.contact import ESTIMATE, is_clear, LEVEL, MATRIX_STEP, POINT
-from bristle_ros.physics.motion import (CLAMP, drive_clamp, follow_path, frame_at, is_polygon,
-                                        keep_place, turn_frame, VELOCITY, way_within)
+from bristle_ros.physics.contact import (ESTIMATE, is_clear, LEVEL, MATRIX_STEP, POINT, rotate)
+from bristle_ros.physics.motion import (CLAMP, drive_clamp, follow_path, frame_at, HEIGHT,
+                                        is_carried, is_polygon, keep_place, ROTATION, turn_frame,
+                                        VELOCITY, way_within)
 from bristle_ros.physics.wire import (HA, JUMP, keep_strains, LANES, LR, OK, SECTION_FORCE,
                                       STRAIN0, X, X0)
 
+from .board import add_wrench
 from .newton import AT_FINEST, CLAMP_INSIDE, NEWTON, SPLIT, SUBSTEPS, try_step, UNFINISHED
 from .records import bristle_of
 
@@ -91,10 +93,19 @@ def place_frames(model, state, azimuth, step, position, size, scratch):
 
 
 @jit
-def clamp_is_clear(surface, azimuth, scratch, step):
-    """Return whether the clamp is above the surface where the step starts."""
+def clamp_is_clear(surface, carrier, azimuth, scratch, step):
+    """
+    Return whether the clamp is above the surface where the step starts.
+
+    On the plane only a mount that is carried can bring it down: other ways there are refused.
+    """
     if surface is None:
-        return True
+        if carrier is None:
+            return True
+        frame = scratch.frame
+        turn_frame(scratch.table[2 * step], azimuth[0], azimuth[1], frame)
+        return frame[HEIGHT] + rotate(frame, ROTATION, frame[CLAMP], frame[CLAMP + 1],
+                                      frame[CLAMP + 2])[2] > 0.0
     turn_frame(scratch.table[2 * step], azimuth[0], azimuth[1], scratch.frame)
     return is_clear(surface, scratch.frame, scratch.contact)
 
@@ -107,7 +118,8 @@ def whole_step(model, law, viscosity, audit, state, bristle, scratch, step):
     step : int      counted from the start of this call
     Returns OK, or the last failure's status with the state as it was at the step's start.
     """
-    if law is not None and not clamp_is_clear(law.surface, bristle.azimuth, scratch, step):
+    if law is not None and not clamp_is_clear(law.surface, model.drive.carrier,
+                                              bristle.azimuth, scratch, step):
         return CLAMP_INSIDE
     nodes, tip, points, counts = bristle.nodes, bristle.tip, bristle.points, bristle.counts
     if viscosity is not None and is_polygon(model):
@@ -183,6 +195,8 @@ def make_steps(model, law, viscosity, audit, state, scratch, number, steps):
         if status != OK:
             scratch.failed[0] = step
             break
+        if is_carried(model.drive.carrier):
+            add_wrench(model.drive.carrier, model, viscosity, state, scratch, number, step)
     return status
 
 
