@@ -67,15 +67,15 @@ SUBSCRIBED = {
                'is older is refused',
     'cmd_penetration': 'depth of the undeformed tip below the road [m]; the road moves at most at '
                        '`road.max_rate`',
-    'cmd_mount': 'where the mount (`brush_mount` in `road`) is to be, and its velocity (mount axes), '
-                 '`run.chunk` after it takes effect; only with `mount.enabled` or `run.carried`. '
-                 'The way there is cubic in position and in the rotation vector: velocities are '
-                 'continuous, accelerations jump at the ends of chunks, and wires are told of a '
-                 'jump at a command (second order stays), but not where a way ends without a next '
-                 'one. From the first one on `cmd_vel` and `cmd_penetration` are refused, until '
-                 '`~/reset`. Without another the velocity stays, for `run.command_timeout` if that '
-                 'is given; then it brakes by `sweeper.max_acceleration` and '
-                 '`sweeper.max_yaw_acceleration`',
+    'cmd_mount': 'where the mount (`brush_mount` in `road`) is to be, and its velocity (mount '
+                 'axes), `run.chunk` after it takes effect; only with `mount.enabled` or '
+                 '`run.carried`. The way there is cubic in position and in the rotation vector: '
+                 'velocities are continuous, accelerations jump at the ends of chunks, and wires'
+                 ' are told of a jump at a command (second order stays), but not where a way '
+                 'ends without a next one. From the first one on `cmd_vel` and `cmd_penetration`'
+                 ' are refused, until `~/reset`. Without another the velocity stays, for '
+                 '`run.command_timeout` if that is given; then it brakes by '
+                 '`sweeper.max_acceleration` and `sweeper.max_yaw_acceleration`',
     'cmd_drive_torque': 'torque on the brush [N m], at once; only with `drive.mode: torque`',
 }
 SERVICES = {

@@ -1,5 +1,5 @@
 """Beams made node by node, and what the kernels say about them, in plain arrays."""
-from bristle_ros.physics.motion.frame import CLAMP, FRAME
+from bristle_ros.physics.motion import CLAMP, FRAME
 from bristle_ros.physics.step.equilibrium import settle
 from bristle_ros.physics.wire import layout
 from bristle_ros.physics.wire.beam import internal_forces, stiffness

@@ -2,7 +2,7 @@
 from functools import cache
 import math
 
-from bristle_ros.physics.motion.frame import DRAG_RATE, FRAME, HEIGHT_RATE, SPIN_RATE
+from bristle_ros.physics.motion import DRAG_RATE, FRAME, HEIGHT_RATE, SPIN_RATE
 from bristle_ros.physics.step.stepping import own_frame
 from bristle_ros.scene.error import SceneError
 from bristle_ros.scene.scene import Scene

@@ -6,7 +6,7 @@ from bristle_ros.physics.contact.point import ALIVE, OFFSET, weights
 from bristle_ros.physics.contact.search import (descend, gap_along, is_clear_of_plane, lowest_on,
                                                 mark_near)
 from bristle_ros.physics.contact.tip import FORCE, SLIP_MOVED, TANK
-from bristle_ros.physics.motion.frame import FRAME, HEIGHT, ROTATION
+from bristle_ros.physics.motion import FRAME, HEIGHT, ROTATION
 from bristle_ros.physics.step.energy import INJECTED
 from bristle_ros.physics.wire import layout
 from bristle_ros.scene.scene import from_parameters

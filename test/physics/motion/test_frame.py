@@ -2,7 +2,7 @@
 from dataclasses import replace
 
 from bristle_ros.physics.motion.drive import SINE, VAP
-from bristle_ros.physics.motion.frame import (APPROACHING, BASICS, FORWARD, FRAME, frame_at,
+from bristle_ros.physics.motion import (APPROACHING, BASICS, FORWARD, FRAME, frame_at,
                                               GRAVITY, HEIGHT, HEIGHT_RATE, LEFT, OMEGA,
                                               PENETRATION, ROTATION, SPEED, SPIN, SPIN_RATE, THETA,
                                               turn_frame, VELOCITY, YAW)

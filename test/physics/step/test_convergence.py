@@ -2,7 +2,7 @@
 from functools import cache
 
 from bristle_ros.physics.motion.drive import SINE
-from bristle_ros.physics.motion.frame import SPEED
+from bristle_ros.physics.motion import SPEED
 from bristle_ros.scene.scene import Scene
 from bristle_ros.scene.sections import Brush, Damping, Drive, Solver
 from bristle_ros.simulation.simulation import Simulation

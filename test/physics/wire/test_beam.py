@@ -1,6 +1,6 @@
 """Strains, internal forces and tangents of the beam: objectivity, and finite differences."""
 from bristle_ros.physics.compiler.lanes import load4
-from bristle_ros.physics.motion.frame import FRAME, GRAVITY, SPIN, SPIN_RATE
+from bristle_ros.physics.motion import FRAME, GRAVITY, SPIN, SPIN_RATE
 from bristle_ros.physics.wire import layout
 from bristle_ros.physics.wire.beam import internal_forces, Section, stiffness
 from bristle_ros.physics.wire.chain import (chain_work, eliminate, factorise, MIDS, RECORD,

@@ -1,5 +1,5 @@
 """The section force as an unknown of its own: its linearisation, and what it is for."""
-from bristle_ros.physics.motion.frame import FRAME
+from bristle_ros.physics.motion import FRAME
 from bristle_ros.physics.wire.increments import move_nodes
 from bristle_ros.physics.wire import layout
 from bristle_ros.physics.wire.beam import internal_forces, Section

@@ -1,6 +1,6 @@
 """Small vibrations about equilibrium, at rest and spinning, against closed and published ones."""
 from bristle_ros.physics.motion.drive import SINE
-from bristle_ros.physics.motion.frame import FRAME, SPEED
+from bristle_ros.physics.motion import FRAME, SPEED
 from bristle_ros.physics.wire import layout
 from bristle_ros.physics.wire.beam import internal_forces
 from bristle_ros.physics.wire.dynamics import residual
