@@ -12,14 +12,15 @@ SCENE = """
 /**:
   ros__parameters:
     brush: {bristle_count: 2}
-    contact: {enabled: false}
-    damping: {mass: 0.0}
+    contact: {points: tip}
+    road: {penetration: -1.0, approach_time: 0.0}
+    damping: {mass: 0.0, stiffness: 1.0e-7}
     drive: {profile: constant, mean_speed: 5.0}
     solver: {elements: 4}
     mount: {enabled: true}
     run: {chunk: 0.01, sample: 0.005}
 """
-CHUNK, HEIGHT = 0.01, 0.21
+CHUNK, HEIGHT = 0.01, 1.2157
 CHUNKS = 30
 
 

@@ -2,7 +2,7 @@
 from math import cos, pi, sin
 
 from bristle_ros.log.writer import Log
-from bristle_ros.physics.motion import CARRY, CLAMP, FRAME, GRAVITY, ROTATION, SEGMENT
+from bristle_ros.physics.motion import CARRY, CLAMP, FRAME, GRAVITY, HEIGHT, ROTATION, SEGMENT
 from bristle_ros.physics.step import advance
 from bristle_ros.realtime.driver import Driver, Event
 from bristle_ros.scene.error import SceneError
@@ -18,11 +18,12 @@ from physics.mechanics import product
 import pytest
 
 CHUNK, ITS = 0.005, 1e-4
-# in the air; a second bristle, so that the kernel that takes steps one by one is the node's
-FREE = {'contact.enabled': False, 'brush.bristle_count': 2, 'drive.profile': 'constant',
+# a metre in the air; features are those of SWEEP, so that all tests here share its kernels
+FREE = {'contact.points': 'tip', 'contact.normal_stiffness': 1e4, 'road.penetration': -1.0,
+        'road.approach_time': 0.0, 'brush.bristle_count': 2, 'drive.profile': 'constant',
         'drive.mean_speed': 0.0, 'solver.elements': 4, 'mount.enabled': True,
-        'damping.mass': 0.0, 'run.chunk': CHUNK, 'solver.integration_time_step': ITS,
-        'run.sample': 0.001}
+        'damping.mass': 0.0, 'damping.stiffness': 1e-7, 'run.chunk': CHUNK,
+        'solver.integration_time_step': ITS, 'run.sample': 0.001}
 SWEEP = {'contact.points': 'tip', 'contact.normal_stiffness': 1e4, 'road.penetration': 0.02,
          'brush.bristle_count': 2, 'damping.stiffness': 1e-3, 'sweeper.velocity': [0.6, -0.2],
          'road.attack_angle': 0.15, 'road.tilt_azimuth': 0.4, 'drive.profile': 'constant',
@@ -148,7 +149,8 @@ def test_wires_feel_what_they_feel_in_an_inertial_frame(carried):
     first = reference.mount_state().position
     frame = np.zeros(FRAME)
     frame[ROTATION:ROTATION + 9] = np.eye(3).ravel()
-    frame[GRAVITY:GRAVITY + 3] = (0.0, 0.0, -9.81)
+    frame[GRAVITY:GRAVITY + 3], frame[HEIGHT] = (0.0, 0.0, -9.81), 1.0
+    law, viscosity, _ = simulation._stepper._features
     for step in range(len(tips)):
         if step % 50 == 0:
             values = odometry((step // 50 + 1) * CHUNK)
@@ -161,7 +163,7 @@ def test_wires_feel_what_they_feel_in_an_inertial_frame(carried):
             frame[CLAMP + 3:CLAMP + 7] = product(np.array((w, x, y, z)), model.clamp[3:])
             scratch.table[i] = frame
         queue[0] = 0
-        assert advance(model, None, None, None, state, scratch, queue, 1) == 0
+        assert advance(model, law, viscosity, None, state, scratch, queue, 1) == 0
         state.step[0] += 1
         found.append(simulation.centreline_own()[0, -1].copy())
     np.testing.assert_array_equal(motion, state.motion)
