@@ -4,6 +4,7 @@ Send one command to a running brush: ./run.sh examples/command.py TOPIC VALUE...
 
 cmd_brush_speed W       speed of the brush [rad/s]
 cmd_penetration D       depth of the undeformed tip below the road [m]
+cmd_drive_torque T      torque on the brush [N m], with drive.mode: torque
 cmd_vel VX VY W         velocity of the sweeper [m/s], [m/s], [rad/s]
 
 Waits for the brush's answer: exit code 0 when the command took effect, 1 when it was refused. A
@@ -33,11 +34,12 @@ def twist(vx, vy, yaw_rate):
 
 
 def number(value):
-    """Return the message of the other two."""
+    """Return the message of the others."""
     return Float64(data=value)
 
 
-MESSAGES = {'cmd_brush_speed': number, 'cmd_penetration': number, 'cmd_vel': twist}
+MESSAGES = {'cmd_brush_speed': number, 'cmd_penetration': number, 'cmd_drive_torque': number,
+            'cmd_vel': twist}
 
 
 class Answer:
