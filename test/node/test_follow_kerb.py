@@ -51,7 +51,7 @@ def test_the_kerb_is_found_and_followed(scene, user, tmp_path):
             [sys.executable, str(ROOT / 'examples/follow_kerb.py'), str(WANTED), '0.5'],
             env=os.environ)
         try:
-            user.until(lambda: seconds(joint[-1]) > 9.0, 'nine seconds')
+            user.until(lambda: seconds(joint[-1]) > 12.0, 'twelve seconds')
             controller.send_signal(signal.SIGKILL)
             died = seconds(joint[-1])
             user.until(lambda: seconds(joint[-1]) > died + 1.0, 'one second more')
@@ -63,9 +63,9 @@ def test_the_kerb_is_found_and_followed(scene, user, tmp_path):
     mean = np.convolve(forces, np.full(100, 0.01), 'valid')     # over 0.5 s
     ends = times[99:]
     reached = ends[mean > 0.9 * WANTED].min()
-    kept = forces[(times > died - 2.5) & (times <= died)].mean()
+    kept = forces[(times > died - 3.0) & (times <= died)].mean()
     print(f'{kept:.3f} N, reached after {reached:.2f} s, at most {mean[ends <= died].max():.3f} N')
-    assert reached < 8.0
+    assert reached < 10.0
     assert kept == pytest.approx(WANTED, rel=0.15)
     assert mean[ends <= died].max() < 2.2 * WANTED      # wires catch on the face, and let go
     assert died + 0.2 < max(stops) < died + 0.8     # then the sweeper stops
