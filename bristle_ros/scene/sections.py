@@ -212,7 +212,7 @@ class Mount(SceneSection):
 
     enabled: bool = switch(
         False, 'whether cmd_mount is followed, which costs up to a fifth more time; with '
-        'run.carried it is')
+        'run.carried it is, and where the commands of simulate have one')
     max_speed: float = number(20.0, 'm/s', 0.0, 1e3, 'a way that is faster is refused')
     max_rate: float = number(10.0, 'rad/s', 0.0, 1e3, 'and one that turns faster')
     max_acceleration: float = number(500.0, 'm/s^2', 1e-6, 1e6, 'or accelerates more')

@@ -66,11 +66,11 @@ class _Run:
     """One offline run: its driver, and what the summary says about it."""
 
     def __init__(self, scene_or_path, duration, sample, commands, overrides, arrays):
-        self.scene = _scene(scene_or_path, sample, overrides)
-        self.arrays = arrays_of(self.scene, arrays)
-        self.steps = steps(self.scene, duration, 'duration')
-        its = self.scene.solver.integration_time_step
-        events = list(_events(commands, its))
+        scene = _scene(scene_or_path, sample, overrides)
+        events = list(_events(commands, scene.solver.integration_time_step))
+        self.scene = scene = _carried_where_told(scene, events)
+        self.arrays = arrays_of(scene, arrays)
+        self.steps = steps(scene, duration, 'duration')
         from bristle_ros.realtime import Driver  # from here on the compiler is needed
         from bristle_ros.simulation import CommandRefused, MeanWrench, RunWatch, Simulation
         self.simulation = Simulation(self.scene, energies=wants_accounts(arrays))
@@ -158,6 +158,13 @@ def _scene(scene_or_path, sample, overrides):
         except (AttributeError, TypeError):
             raise SceneError('no such key', key=key, source='overrides') from None
     return scene
+
+
+def _carried_where_told(scene, events):
+    """Return the scene, with a mount that follows cmd_mount where commands have one."""
+    if follows_mount(scene) or not any(event.topic == 'cmd_mount' for _, event in events):
+        return scene
+    return replace(scene, mount=replace(scene.mount, enabled=True))
 
 
 def _events(commands, its):

@@ -151,7 +151,7 @@ def test_markers_show_the_surface_where_the_tips_touch_it():
             touched += 1
             nearest = distance_to(corners.reshape(-1, 3, 3), tip)
             assert nearest < 5e-4, f'{step}: {tip}'     # chords between rows 50 mm apart
-    assert touched > 50
+    assert touched > 20
     assert len(kerbs) > 5
     assert 1 < len(meshes) < 6      # not one for each message
 

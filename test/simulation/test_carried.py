@@ -1,6 +1,7 @@
 """A mount that is carried: its way, frame forces against an inertial frame, what is refused."""
 from math import cos, pi, sin
 
+import bristle_ros
 from bristle_ros.log.writer import Log
 from bristle_ros.physics.motion import CARRY, CLAMP, FRAME, GRAVITY, HEIGHT, ROTATION, SEGMENT
 from bristle_ros.physics.step import advance
@@ -219,6 +220,17 @@ def uniform(simulation, way):
     state = simulation.mount_state()
     return (*(state.position + way * state.velocity), *quaternion_of(state.rotation),
             *(state.rotation.T @ state.velocity), 0.0, 0.0, 0.0)
+
+
+def test_a_file_of_commands_that_carry_the_mount_is_enough():
+    """The key need not be set where commands say it, and costs nothing where none does."""
+    told = uniform(Simulation(scene(SWEEP)), CHUNK)
+    runs = [bristle_ros.simulate(scene(SWEEP, mount__enabled=enabled), 0.02, commands=[
+        (0.0, 'cmd_mount', told)], arrays=['tip_position']) for enabled in (True, False)]
+    np.testing.assert_array_equal(runs[0]['tip_position'], runs[1]['tip_position'])
+    with pytest.raises(SceneError, match='mount.enabled = true: a mount that is carried needs'):
+        bristle_ros.simulate(scene(SWEEP, mount__enabled=False, solver__load_case='displacement'),
+                             0.02, commands=[(0.0, 'cmd_mount', told)])
 
 
 def test_carried_along_its_own_way_it_is_the_same_run():

@@ -12,7 +12,8 @@ BASE = {
     'friction.static': 0.5, 'friction.kinetic': 0.3, 'friction.decay': 0.4,
     'damping.stiffness': 1e-3, 'drive.profile': 'constant', 'drive.mean_speed': 10.47,
     'solver.elements': 2, 'solver.integration_time_step': 5e-4, 'run.chunk': 5e-4,
-    'road.approach_time': 0.0, 'gravity': 0.0, 'brush.start_angle': 4.75}
+    'road.approach_time': 0.0, 'gravity': 0.0, 'brush.start_angle': 4.75,
+    'solver.largest_error': 2e-4}     # the default depends on the road
 
 
 def end_of(given, **more):
