@@ -134,12 +134,14 @@ class Watch:
 
         In the displacement load case the integrator finds the clamp's velocity from its places; a
         jump of the acceleration, as at a ramp's end, puts that off by a step's share of it, which
-        a scheme without numerical damping keeps.
+        a scheme without numerical damping keeps. Where every step is a load step, the clamp's
+        direction turns at each.
         """
         if self.scene.solver.load_case != 'displacement':
             return 0.0
         far = widest(self.scene) + longest(self.scene)
-        return self._in_motion(2.0 * self._its * far * self._change, snapshot)
+        turned = self._speed ** 2 if self.scene.solver.time_step > 0.0 else 0.0
+        return self._in_motion(2.0 * self._its * far * (self._change + turned), snapshot)
 
     def _reach(self, snapshot):
         bristle = self.scene.bristle
