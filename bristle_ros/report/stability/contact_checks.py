@@ -184,9 +184,11 @@ class ContactWatch:
         self._points += gaps.size
         deepest = -gaps.min(axis=1)
         self._press(snapshot, deepest)
+        came = (self.ground.gap(points_between(before[2]))[0] - gaps).max(axis=1)
         self._wire = max(self._wire, float(deepest.max()))
         for number, depth in enumerate(deepest):
-            allowed = self._allowed(snapshot, number, line, before) + self._ramped(snapshot)
+            allowed = (self._allowed(snapshot, number, line, before, max(0.0, float(came[number])))
+                       + self._ramped(snapshot))
             if depth > allowed:
                 self.wrong.append(f'wire {number} is {depth:.3g} m inside the surface, where its '
                                   f'forces explain {allowed:.3g} m, at t = {snapshot.t:.6g} s')
@@ -201,15 +203,16 @@ class ContactWatch:
             pressed = np.maximum(pressed, self._pressed)
         self._pressed = np.where(deepest > 0.0, pressed, 0.0)
 
-    def _allowed(self, snapshot, number, line, before):
+    def _allowed(self, snapshot, number, line, before, came):
         """
         Return how deep a wire may be [m]: what the mean force of the step takes, and its way.
 
         Half of a spring's force at the step's end is in its mean; what came in during the step is
-        no deeper than it has moved. A point that takes over where a spring has pressed the wire in
-        begins where that left it. No spring can hold more than the energy there is. Where a wire
-        goes over a bend of the surface it is deepest at another place than where it touched when
-        the step began: of second order in the way, and gone with the next step.
+        no deeper than any of it `came` [m] towards the surface. A point that takes over where a
+        spring has pressed the wire in begins where that left it. No spring can hold more than the
+        energy there is. Where a wire goes over a bend of the surface it is deepest at another
+        place than where it touched when the step began: of second order in the way, and gone with
+        the next step.
         """
         contact = self._scene.contact
         way = float(np.linalg.norm(line[number] - before[2][number], axis=1).max())
@@ -219,7 +222,7 @@ class ContactWatch:
         most = math.sqrt(2.0 * max(0.0, snapshot.energy_elastic) / contact.normal_stiffness)
         if not contact.damping:
             force = float(np.linalg.norm(snapshot.contact_force[number]))
-            most = min(most, 2.0 * force / contact.normal_stiffness + way
+            most = min(most, 2.0 * force / contact.normal_stiffness + came
                        + float(self._pressed[number]))
         return most + beside
 
