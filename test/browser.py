@@ -29,6 +29,8 @@ class Browser:
         self._logged = []
 
     def open(self, url):  # noqa: A003
+        # viser looks for a server that went away only while its page has the focus
+        self.driver.execute_cdp_cmd('Emulation.setFocusEmulationEnabled', {'enabled': True})
         self.driver.get(url)
 
     def until(self, condition, what):

@@ -116,7 +116,9 @@ class _Run:
         self._node.quiet = True  # what goes wrong now ends the process, with a line of its own
         for transition in (self._node.trigger_configure, self._node.trigger_activate):
             if transition() != TransitionCallbackReturn.SUCCESS:
-                self._end(self._node.problem or RuntimeError('the node could not start'))
+                # told to end on the way there, it fails to start because of that
+                if self._node.problem or not self._bell.rung:
+                    self._end(self._node.problem or RuntimeError('the node could not start'))
                 return
         self._node.quiet = False
 
