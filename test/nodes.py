@@ -1,4 +1,5 @@
 """A brush_node in a process of its own, and another node that uses it."""
+from contextlib import contextmanager
 import math
 import os
 from pathlib import Path
@@ -15,6 +16,18 @@ from std_srvs.srv import SetBool
 ROOT = Path(__file__).resolve().parent.parent
 LIMIT = 600.0   # [s] before a wait is a failure: compiling on a busy machine takes minutes
 AGAIN = 20.0    # [s] without an answer before a service is asked again
+
+
+@contextmanager
+def example(name, *arguments):
+    """Run a program of examples/ beside a node; yield its process, and end that hard."""
+    process = subprocess.Popen([sys.executable, str(ROOT / 'examples' / name), *arguments],
+                               env=os.environ)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
 
 
 _running = []   # brushes that a test has started

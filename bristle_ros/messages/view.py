@@ -69,17 +69,17 @@ class Markers:
         if touches:
             self._road = self._lay_road(scene)
             self._actions.clear()
-            self._lay_arrows('contact_force', range(self._bristles))
+            for number in range(self._bristles):
+                self._lay_arrow('contact_force', number)
         self._lay_out()
         self._sizes.append(self._template.size)
 
-    def _lay_arrows(self, namespace: str, numbers: range) -> None:
-        for number in numbers:
-            self._arrows.append(self._marker(
-                self._prefix + MOUNT_FRAME, namespace, number, ARROW,
-                (self._width, 3.0 * self._width, 0.0), _RED, 2))
-        put_count = struct.unpack_from('<I', self._writer.raw, 4)[0] + len(numbers)
-        struct.pack_into('<I', self._writer.raw, 4, put_count)
+    def _lay_arrow(self, namespace: str, number: int) -> None:
+        self._arrows.append(self._marker(
+            self._prefix + MOUNT_FRAME, namespace, number, ARROW,
+            (self._width, 3.0 * self._width, 0.0), _RED, 2))
+        markers = 2 + len(self._arrows)     # after bristles and road
+        struct.pack_into('<I', self._writer.raw, 4, markers)
 
     def _lay_out(self) -> None:
         """Make the template of what has been laid out."""
@@ -94,7 +94,7 @@ class Markers:
             return
         before = self._template
         for number in range(there, count):
-            self._lay_arrows('wire_force', range(number, number + 1))
+            self._lay_arrow('wire_force', number)
             self._sizes.append(len(self._writer.raw))
         self._lay_out()
         self._template[8:before.size] = before[8:]     # a mesh may be in it

@@ -7,6 +7,7 @@ if TYPE_CHECKING:
     from .commands import (check_command as check_command, CommandRefused as CommandRefused,
                            Values as Values, values_of as values_of)
     from .contacts import Contacts as Contacts, wire_contacts as wire_contacts
+    from .energy_balance import EnergyBalance as EnergyBalance, GAIN as GAIN
     from .equilibrium import static_equilibrium as static_equilibrium
     from .model import (new_scratch as new_scratch, viscosity_of as viscosity_of,
                         WORST_ERROR as WORST_ERROR)
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__ = lazily(__name__, {
     'commands': ['check_command', 'CommandRefused', 'Values', 'values_of'],
     'contacts': ['Contacts', 'wire_contacts'],
+    'energy_balance': ['EnergyBalance', 'GAIN'],
     'equilibrium': ['static_equilibrium'],
     'model': ['new_scratch', 'viscosity_of', 'WORST_ERROR'],
     'mean_wrench': ['MeanWrench'],

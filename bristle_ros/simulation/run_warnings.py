@@ -4,13 +4,14 @@ What makes a run's results doubtful, decided here alone from what the run measur
 Means and worst values come from its samples (without samples, from the ends of its chunks), shares
 of steps from counts that the kernels keep: watching costs a few microseconds a sample.
 """
-from math import inf, isnan, nan, pi
+from math import inf, isnan, pi
 from typing import TYPE_CHECKING, NamedTuple
 
 from bristle_ros.scene import Scene, widest
 import numpy as np
 
 from .batch_means import BatchMean
+from .energy_balance import EnergyBalance, GAIN
 from .polygon import load_steps, ring_of
 from .snapshot import Snapshot
 
@@ -23,8 +24,6 @@ FEW_ELEMENTS = 6
 SPLIT_SHARE = 0.05      # of fixed steps, in sub-steps
 FINEST_SHARE = 0.01     # of all steps, down to the finest sub-steps
 STILL_RINGING = 0.1     # of a jump at a polygon's corner, when the next corner comes
-GAINED = 0.2            # energy that the accounts may gain from nowhere, of what the wires held,
-PASSED = 0.01           # and of what went through them
 QUANTITIES = (('normal force', 'N'), ('drive torque', 'N m'), ('drive power', 'W'))
 
 
@@ -51,38 +50,6 @@ class _Worst(NamedTuple):
     bristle: int = 0
 
 
-class _Balance:
-    """
-    How far the energy accounts were above their lowest balance, at two samples in a row.
-
-    Stored + dissipated - work is constant but for what schemes take; the velocities at the end of
-    a step with an impact overshoot, what is made stays.
-    """
-
-    def __init__(self) -> None:
-        self._start = self._work = nan
-        self._lowest = self._held = self._through = self._last = 0.0
-        self.worst = _Worst()
-
-    def take(self, snapshot: Snapshot) -> None:
-        """Take a sample; nothing where no accounts are kept."""
-        stored = snapshot.energy_kinetic + snapshot.energy_elastic
-        if isnan(stored):
-            return
-        balance = stored + snapshot.energy_dissipated - snapshot.work_external
-        if isnan(self._start):
-            self._start, self._work = balance, snapshot.work_external
-        self._through += abs(snapshot.work_external - self._work)
-        self._work = snapshot.work_external
-        self._held = max(self._held, stored)
-        self._lowest = min(self._lowest, balance - self._start)
-        through = self._through + abs(snapshot.energy_dissipated)
-        now = (balance - self._start - self._lowest) / (self._held + PASSED * through + 1e-12)
-        gain, self._last = min(now, self._last), now
-        if gain > self.worst.value:
-            self.worst = _Worst(gain, snapshot.t)
-
-
 class RunWatch:
     """
     Watches one simulation: who steps it calls `take` with each sample, and `restart` at a reset.
@@ -106,7 +73,7 @@ class RunWatch:
         self._begin = t + (self._scene.road.approach_time if self._touches else 0.0)
         self.window = (self._begin, self._begin)    # [s] over which means are taken
         self.means = tuple(BatchMean() for _ in QUANTITIES)
-        self._balance = _Balance()
+        self._balance, self._gained_most = EnergyBalance(), _Worst()
         self._worst = [_Worst(), _Worst(), _Worst()]    # stress, wire below the road, tip in it
 
     def take(self, snapshot: Snapshot) -> None:
@@ -123,7 +90,10 @@ class RunWatch:
             self.window = (self.window[0], t)
         self._before, self._impulse = t, impulse
         self._speed = max(self._speed, abs(snapshot.omega))
-        self._balance.take(snapshot)
+        if not isnan(snapshot.energy_kinetic):      # the accounts are kept
+            gain = self._balance.take(snapshot)
+            if gain > self._gained_most.value:
+                self._gained_most = _Worst(gain, t)
         for i, value in enumerate(np.maximum.reduce(snapshot.worst).tolist()):
             if value > self._worst[i].value:
                 self._worst[i] = _Worst(value, t, int(snapshot.worst[:, i].argmax()))
@@ -177,9 +147,9 @@ class RunWatch:
             'drive speed or a thinner wire would do', True)
 
     def _gained(self) -> RunWarning | None:
-        worst, solver = self._balance.worst, self._scene.solver
+        worst, solver = self._gained_most, self._scene.solver
         # what rings behind a clamp that is moved by hand is told of by `_polygon`
-        if worst.value <= GAINED or load_steps(self._scene) or solver.load_case != 'inertia':
+        if worst.value <= GAIN or load_steps(self._scene) or solver.load_case != 'inertia':
             return None
         return RunWarning(
             'energy from nowhere', f'the energy accounts gained {100.0 * worst.value:.3g} % of '

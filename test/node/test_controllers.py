@@ -1,12 +1,11 @@
 """The controllers of examples/ on a running node: how soon, how far beyond, and when they die."""
-import os
 import signal
 import subprocess
 import sys
 
 from bristle_ros.log.recording import Recording
 from bristle_ros.messages.encode import decode_command, FLOAT, TOPICS
-from nodes import Brush, ROOT, seconds
+from nodes import Brush, example, ROOT, seconds
 import numpy as np
 import pytest
 from sensor_msgs.msg import JointState
@@ -44,9 +43,7 @@ def test_the_force_is_found_and_held(scene, user, tmp_path):
     with Brush(scene, log=log) as brush:
         joint = user.listen(JointState, 'joint_states')
         user.until(lambda: joint, 'the brush')
-        controller = subprocess.Popen(
-            [sys.executable, str(ROOT / 'examples/hold_force.py'), str(WANTED)], env=os.environ)
-        try:
+        with example('hold_force.py', str(WANTED)) as controller:
             user.until(lambda: len(force_of(log)[2]), 'the first command')
             begun = force_of(log)[2][0, 0]
             user.until(lambda: seconds(joint[-1]) > begun + 6.0, 'six seconds')
@@ -54,9 +51,6 @@ def test_the_force_is_found_and_held(scene, user, tmp_path):
             user.until(lambda: user.came(joint), 'messages from after it')
             died = seconds(joint[-1])
             user.until(lambda: seconds(joint[-1]) > died + 1.0, 'one second more')
-        finally:
-            controller.kill()
-            controller.wait()
         assert brush.end()[0] == 0
     times, forces, commands = force_of(log)
     mean = np.convolve(forces, np.full(40, 1.0 / 40.0), 'valid')    # over 0.2 s

@@ -1,12 +1,11 @@
 """The controller that steers along a kerb, on a running node: how soon, how well, and its end."""
-import os
 import signal
 import subprocess
 import sys
 
 from bristle_ros.log.recording import Recording
 from bristle_ros.messages.encode import decode_event, EVENTS, TOPICS
-from nodes import Brush, ROOT, seconds
+from nodes import Brush, example, ROOT, seconds
 import numpy as np
 import pytest
 from sensor_msgs.msg import JointState
@@ -47,17 +46,11 @@ def test_the_kerb_is_found_and_followed(scene, user, tmp_path):
     with Brush(scene, log=log) as brush:
         joint = user.listen(JointState, 'joint_states')
         user.until(lambda: joint, 'the brush')
-        controller = subprocess.Popen(
-            [sys.executable, str(ROOT / 'examples/follow_kerb.py'), str(WANTED), '0.5'],
-            env=os.environ)
-        try:
+        with example('follow_kerb.py', str(WANTED), '0.5') as controller:
             user.until(lambda: seconds(joint[-1]) > 12.0, 'twelve seconds')
             controller.send_signal(signal.SIGKILL)
             died = seconds(joint[-1])
             user.until(lambda: seconds(joint[-1]) > died + 1.0, 'one second more')
-        finally:
-            controller.kill()
-            controller.wait()
         assert brush.end()[0] == 0
     times, forces, stops = side_force(log)
     mean = np.convolve(forces, np.full(100, 0.01), 'valid')     # over 0.5 s

@@ -51,6 +51,19 @@ def board_wrench(model, viscosity, s, frame):
 
 
 @jit
+def add_turned(totals, at, by, c, s, force, moment):
+    """Add `by` times a wrench in a bristle's own axes to totals[at:], turned into mount axes."""
+    f1, f2, f3 = force
+    m1, m2, m3 = moment
+    totals[at] += by * (c * f1 - s * f2)
+    totals[at + 1] += by * (s * f1 + c * f2)
+    totals[at + 2] += by * f3
+    totals[at + 3] += by * (c * m1 - s * m2)
+    totals[at + 4] += by * (s * m1 + c * m2)
+    totals[at + 5] += by * m3
+
+
+@jit
 def add_wrench(carrier, model, viscosity, state, scratch, number, step):
     """Add a bristle's wrench at the end of a step of this call, times its length; mount axes."""
     if carrier is None:
@@ -60,10 +73,4 @@ def add_wrench(carrier, model, viscosity, state, scratch, number, step):
     f1, f2, f3, m1, m2, m3 = board_wrench(model, viscosity, state.nodes[number], frame)
     ct, st = cos(frame[THETA]), sin(frame[THETA])
     c, s = ct * azimuth[0] - st * azimuth[1], st * azimuth[0] + ct * azimuth[1]
-    h = model.its
-    audit[WRENCH] += h * (c * f1 - s * f2)
-    audit[WRENCH + 1] += h * (s * f1 + c * f2)
-    audit[WRENCH + 2] += h * f3
-    audit[WRENCH + 3] += h * (c * m1 - s * m2)
-    audit[WRENCH + 4] += h * (s * m1 + c * m2)
-    audit[WRENCH + 5] += h * m3
+    add_turned(audit, WRENCH, model.its, c, s, (f1, f2, f3), (m1, m2, m3))

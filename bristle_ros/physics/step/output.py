@@ -11,7 +11,7 @@ from bristle_ros.physics.motion import (CLAMP, DRAG_SPIN, frame_at, GRAVITY, is_
 from bristle_ros.physics.wire import (clamp_reaction, internal_forces, LANES, MASS, node_air, Q,
                                       Q0, RATE0, STRAIN0, tip_lane, V0, X, X0)
 
-from .board import put_damping
+from .board import add_turned, put_damping
 from .clearance import lowest_node, nearest_point, touching_length
 from .energy import (DISSIPATED, kinetic_energy, spring_energy_of_points, strain_energy,
                      STRESS_MAX, STRESS_MIN, WORK)
@@ -209,13 +209,8 @@ def _add_wrench(totals, at, wires, c, s, place, force, moment):
     x1, x2, x3 = place
     f1, f2, f3 = force
     m1, m2, m3 = moment
-    n1, n2, n3 = m1 + x2 * f3 - x3 * f2, m2 + x3 * f1 - x1 * f3, m3 + x1 * f2 - x2 * f1
-    totals[at] += wires * (c * f1 - s * f2)
-    totals[at + 1] += wires * (s * f1 + c * f2)
-    totals[at + 2] += wires * f3
-    totals[at + 3] += wires * (c * n1 - s * n2)
-    totals[at + 4] += wires * (s * n1 + c * n2)
-    totals[at + 5] += wires * n3
+    about_mount = m1 + x2 * f3 - x3 * f2, m2 + x3 * f1 - x1 * f3, m3 + x1 * f2 - x2 * f1
+    add_turned(totals, at, wires, c, s, force, about_mount)
 
 
 @jit

@@ -2,13 +2,11 @@
 import math
 
 from bristle_ros.scene import brush_rows, longest, widest
-from bristle_ros.simulation import load_steps, ring_of
+from bristle_ros.simulation import EnergyBalance, GAIN, load_steps, ring_of
 import numpy as np
 
 from .contact_checks import ContactWatch
 
-GAIN = 0.2          # energy that may appear from nowhere, of the energy there is: 10 ms steps
-PASSED = 0.01       # share of the energy that went through, which the balance may be off by
 STRETCH = 0.02      # of the chord beyond the length, on top of what the loads explain
 
 
@@ -31,11 +29,7 @@ class Watch:
         self._corners = load_steps(scene)
         self._scheme = simulation.model.scheme
         self._contact = ContactWatch(scene, simulation) if scene.contact.enabled else None
-        self._residual = self._lowest = 0.0
-        self._scale = 0.0
-        self._throughput = 0.0
-        self._work = self._at_start = None
-        self._gain = self._loss = self._last = 0.0
+        self._balance = EnergyBalance()
         self._stretch = 0.0
         self._peak = self._speed = self._change = 0.0
         self._turned = math.inf, 0.0
@@ -77,26 +71,7 @@ class Watch:
         return True
 
     def _energy(self, snapshot):
-        stored = snapshot.energy_kinetic + snapshot.energy_elastic
-        if self._work is None:
-            self._work = snapshot.work_external
-        self._throughput += abs(snapshot.work_external - self._work)
-        self._work = snapshot.work_external
-        self._scale = max(self._scale, stored)
-        residual = stored + snapshot.energy_dissipated - snapshot.work_external
-        if self._at_start is None:
-            self._at_start = residual   # a start from equilibrium is bent already
-        residual -= self._at_start
-        ringing = self._ringing(snapshot)
-        self._lowest = min(self._lowest, residual + ringing)
-        # what went through friction is much more than what the bristle holds
-        through = abs(snapshot.energy_dissipated) + self._throughput
-        scale = self._scale + PASSED * through + 1e-12
-        now = (residual - ringing - self._lowest) / scale
-        # the velocities at the end of a step with an impact overshoot; what is made stays
-        gain, self._last = min(now, self._last), now
-        self._gain = max(self._gain, gain)
-        self._loss = max(self._loss, -residual / scale)
+        gain = self._balance.take(snapshot, self._ringing(snapshot))
         if gain > GAIN:
             self.wrong.append(f'energy from nowhere: {gain:.3g} of what there is, at t = '
                               f'{snapshot.t:.6g} s')
@@ -163,7 +138,7 @@ class Watch:
 
     def measures(self):
         """Return the worst values seen, by name."""
-        found = {'energy_gain': self._gain, 'energy_loss': self._loss, 'stretch': self._stretch,
-                 'largest_force_n': self._peak}
+        found = {'energy_gain': self._balance.gain, 'energy_loss': self._balance.loss,
+                 'stretch': self._stretch, 'largest_force_n': self._peak}
         return {**found, **(self._contact.measures() if self._contact else {})}
 
