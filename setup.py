@@ -26,7 +26,7 @@ setup(
     maintainer='bristle_ros maintainers',
     maintainer_email='maintainers@bristle-ros.example',
     packages=find_packages(include=[package_name, package_name + '.*']),
-    package_data={package_name: ['py.typed']},
+    package_data={package_name: ['py.typed', 'kernels/*/*/*']},     # tools/build_wheel.py
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),

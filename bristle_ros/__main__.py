@@ -34,6 +34,7 @@ VERBS = {
     'fit': ('study.fit', 'find parameters of a scene from measured rows'),
     'compare': ('study.compare', 'lay a measured time series over a simulated one'),
     'bench': ('verbs.bench', "a scene's run times, as JSON"),
+    'compile': ('verbs.compile', 'compile what scenes need, so that they start at once'),
     'scene': ('verbs.scene', 'list every key of a scene, or check a scene file'),
 }
 DONE, CHECK_FAILED, UNUSABLE_INPUT, COULD_NOT_GO_ON = 0, 1, 2, 3

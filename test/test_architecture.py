@@ -12,7 +12,7 @@ FILES = {'.'.join(path.relative_to(PACKAGE).with_suffix('').parts).removesuffix(
 
 # From the bottom up: a room imports from the lines above its own, and from itself.
 ORDER = """
-    lazy
+    lazy              target
     physics.compiler
     physics.motion    scene
     physics.wire
@@ -32,7 +32,7 @@ ONLY = {'__main__': {'__init__', 'command_line', 'scene'}}
 # Outside packages and the modules that may import them; `time` is the wall clock.
 OWNERS = {
     'numba': ['physics.compiler.*'],
-    'llvmlite': ['physics.compiler.lanes', 'physics.compiler.work_queue'],
+    'llvmlite': ['physics.compiler.*', 'target'],
     # scenes; the metadata.yaml of a bag; studies
     'yaml': ['scene.parameter_file', 'log.bag_metadata', 'study.plain_yaml'],
     'rclpy': ['node.*'],

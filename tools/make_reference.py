@@ -6,6 +6,7 @@ Verbs, keys and arrays are read from the modules that define them, topics and se
 that is brought up for it. What they mean is written here; a name without a meaning is an error,
 and so is a meaning without a name.
 """
+import json
 import os
 from pathlib import Path
 import sys
@@ -16,6 +17,7 @@ os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
 
 from bristle_ros.__main__ import VERBS  # noqa: E402
 from bristle_ros.messages.encode import TF  # noqa: E402
+from bristle_ros.scene.presets import PRESETS  # noqa: E402
 from bristle_ros.scene.scene import from_parameters, keys  # noqa: E402
 from bristle_ros.scene.error import spell  # noqa: E402
 from bristle_ros.simulation.snapshot import AIR_ARRAYS, DRIVE_ARRAYS, NPZ_ARRAYS  # noqa: E402
@@ -68,8 +70,9 @@ SUBSCRIBED = {
     'cmd_penetration': 'depth of the undeformed tip below the road [m]; the road moves at most at '
                        '`road.max_rate`',
     'cmd_mount': 'where the mount (`brush_mount` in `road`) is to be, and its velocity (mount '
-                 'axes), `run.chunk` after it takes effect; only with `mount.enabled` or '
-                 '`run.carried`. The way there is cubic in position and in the rotation vector: '
+                 'axes), `run.chunk` after it takes effect. Without `mount.enabled` or '
+                 '`run.carried` the brush halts while the first one has what it needs compiled, '
+                 'or loaded. The way there is cubic in position and in the rotation vector: '
                  'velocities are continuous, accelerations jump at the ends of chunks, and wires'
                  ' are told of a jump at a command (second order stays), but not where a way '
                  'ends without a next one. From the first one on `cmd_vel` and `cmd_penetration`'
@@ -171,6 +174,30 @@ def graph():
     return found
 
 
+def presets():
+    """Return the section on solver.preset, with what was measured of each."""
+    kept = json.loads((ROOT / 'docs/presets.json').read_text(encoding='utf-8'))
+    lines = ['', '## Presets', '',
+             '`solver.preset: draft | standard | reference`, in a scene file or by `-p`, fills '
+             'keys of `solver` that', 'are left out, when the scene is read; logs have what came '
+             'of it.', '']
+    lines += table(('preset', 'fills'), [
+        (f'`{name}`', ', '.join(f'`{key}: {spell(value)}`' for key, value in keys_.items()))
+        for name, keys_ in PRESETS.items()])
+    processor = kept['machine']['cpu'].split(',')[0]
+    lines += ['', f'Measured {kept["date"]} on one core ({processor}), median of '
+              f'{kept["repeats"]}, runs of {kept["duration"]:g} s.', 'Errors in % against a '
+              'converged run of 24 elements at 10 us: tip path of the first wire, impulse per',
+              '5 ms of all wires together, means of the normal force and the torque from '
+              f'{kept["means_from"]:g} s on.', '']
+    lines += table(('scene', 'preset', 'path', 'impulse', 'mean force', 'mean torque',
+                    'times real time'), [
+        (f'`{row["scene"]}`', row['preset'], *(f'{row[name]:g}' for name in (
+            'tip', 'impulse', 'force', 'torque')), f'{row["times_real_time"][0]:g}')
+        for row in kept['rows']])
+    return lines
+
+
 def _entities(pairs):
     found = {}
     for name, type_ in pairs:
@@ -205,6 +232,7 @@ def main():
     lines += table(('key', 'default', 'unit', 'meaning', 'range'),
                    [(f'`{key.name}`', f'`{spell(key.default)}`', key.unit, key.description,
                      key.range) for key in keys()])
+    lines += presets()
     lines += ['', '## Arrays of `simulate --output FILE.npz`', '',
               'n samples of B bristles; one wire each, but for `brush_*`.', '']
     lines += table(('array', 'shape', 'unit', 'meaning'),

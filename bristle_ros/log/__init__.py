@@ -8,7 +8,8 @@ if TYPE_CHECKING:
     from .bag_metadata import PART as PART
     from .command_file import event_at as event_at, read_commands as read_commands
     from .head import head_of as head_of
-    from .machine import differences as differences, provenance as provenance
+    from .machine import (differences as differences, processor as processor,
+                          provenance as provenance)
     from .reader import Attachment as Attachment, Message as Message
     from .recorded import in_order as in_order
     from .recording import (is_event as is_event, load_tolerance as load_tolerance,
@@ -21,7 +22,7 @@ __getattr__, __dir__ = lazily(__name__, {
     'bag_metadata': ['PART'],
     'command_file': ['event_at', 'read_commands'],
     'head': ['head_of'],
-    'machine': ['differences', 'provenance'],
+    'machine': ['differences', 'processor', 'provenance'],
     'reader': ['Attachment', 'Message'],
     'recorded': ['in_order'],
     'recording': ['is_event', 'load_tolerance', 'logged_commands', 'Recording', 'scene_of'],

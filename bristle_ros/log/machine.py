@@ -1,9 +1,10 @@
-"""What the bits of a run depend on besides its scene: the processor and the versions."""
+"""What the bits of a run depend on besides its scene: the target and the versions."""
 from importlib import metadata
 from pathlib import Path
 import platform
 
 from bristle_ros import __version__
+from bristle_ros.target import target
 
 _PACKAGES = ('numba', 'llvmlite', 'numpy')
 
@@ -15,7 +16,7 @@ def _package_version(name):
         return 'not installed'
 
 
-def _cpu():
+def processor():
     """
     Return the processor's model and its vector instructions.
 
@@ -38,8 +39,12 @@ def _cpu():
 
 
 def provenance():
-    """Return what could change the bits of a run as text -> text: `cpu`, and versions by name."""
-    return {'cpu': _cpu(), 'bristle_ros': __version__,
+    """
+    Return what could change the bits of a run as text -> text: `target`, and versions by name.
+
+    What kernels are compiled for, not the processor: others of that target give the same bits.
+    """
+    return {'target': target(), 'bristle_ros': __version__,
             **{name: _package_version(name) for name in _PACKAGES},
             'libc': ' '.join(platform.libc_ver()).strip() or 'unknown',  # its sine and cosine
             'python': platform.python_version()}

@@ -3,9 +3,9 @@ import re
 import time
 
 from bristle_ros.messages import encode as messages
-from bristle_ros.scene import follows_mount
 from bristle_ros.simulation import CommandRefused
 from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
 from std_msgs.msg import Float64
 
 from . import clocks as node_time
@@ -34,7 +34,7 @@ class Commands:
         self._node, self._run, self._driver = node, run, driver
         self._active, self._own_time = active, own_time
         self._subscriptions, self._told = [], {}
-        self.last_refusal = ''
+        self.last_refusal, self._told_halt = '', False
         self._listen(Float64, 'cmd_brush_speed', lambda message: (message.data,))
         self._listen(Float64, 'cmd_penetration', lambda message: (message.data,))
         self._listen(Float64, 'cmd_drive_torque', lambda message: (message.data,))
@@ -42,10 +42,7 @@ class Commands:
             self._listen(TwistStamped, 'cmd_vel', self._stamped)
         else:
             self._listen(Twist, 'cmd_vel', _velocity)
-        if follows_mount(node.scene):
-            from nav_msgs.msg import Odometry   # a node that is not carried needs it not
-            self._listen(Odometry, 'cmd_mount', self._odometry,
-                         self._carry if run.carried else None)
+        self._listen(Odometry, 'cmd_mount', follow=self._carry if run.carried else self._mount)
         driver.on_refusal = self._tell
 
     def destroy(self):
@@ -53,7 +50,7 @@ class Commands:
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
 
-    def _listen(self, type_, topic, values, follow=None):
+    def _listen(self, type_, topic, values=None, follow=None):
         def take(message):
             if not self._active():
                 return  # an inactive node would only keep it until it is stale
@@ -90,10 +87,16 @@ class Commands:
                 raise CommandRefused(f'{topic}: its stamp is {age * 1e-9:.6g} s old, beyond '
                                      f'run.command_timeout = {limit:.6g} s')
 
-    def _odometry(self, message):
+    def _mount(self, message):
         self._check_frames(message)
         self._check_age('cmd_mount', message)
-        return _pose_and_twist(message)
+        ready = self._driver.simulation.ready_to_carry
+        self._driver.command('cmd_mount', _pose_and_twist(message))
+        if not (ready or self._told_halt):
+            self._told_halt = True
+            self._node.get_logger().info(
+                'the first cmd_mount: the brush halts until what it needs is compiled, or loaded; '
+                'mount.enabled: true has that done before the start')
 
     def _carry(self, message):
         self._check_frames(message)

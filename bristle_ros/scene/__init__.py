@@ -6,8 +6,9 @@ from bristle_ros.lazy import lazily
 if TYPE_CHECKING:
     from .error import SceneError as SceneError, spell as spell
     from .key import LISTS as LISTS
-    from .machine import follows_mount as follows_mount
+    from .machine import carrying_refusal as carrying_refusal, follows_mount as follows_mount
     from .parameter_file import read_file as read_file, read_scalar as read_scalar
+    from .presets import PRESETS as PRESETS
     from .road_profile import Spline as Spline, spline as spline, waves as waves
     from .scene import (depth_refusal as depth_refusal, describe_keys as describe_keys,
                         from_arguments as from_arguments, from_parameters as from_parameters,
@@ -29,8 +30,9 @@ if TYPE_CHECKING:
 __getattr__, __dir__ = lazily(__name__, {
     'error': ['SceneError', 'spell'],
     'key': ['LISTS'],
-    'machine': ['follows_mount'],
+    'machine': ['carrying_refusal', 'follows_mount'],
     'parameter_file': ['read_file', 'read_scalar'],
+    'presets': ['PRESETS'],
     'road_profile': ['Spline', 'spline', 'waves'],
     'scene': ['depth_refusal', 'describe_keys', 'from_arguments', 'from_parameters',
               'gutter_friction', 'keys', 'load', 'LONGEST', 'Scene', 'steps',

@@ -22,8 +22,18 @@ def check_drive(scene: 'Scene') -> None:
 
 
 def follows_mount(scene: 'Scene') -> bool:
-    """Return whether the mount may be carried by cmd_mount."""
+    """Return whether all is ready for a mount that is carried, before a first cmd_mount."""
     return scene.mount.enabled or scene.run.carried
+
+
+def carrying_refusal(scene: 'Scene') -> str:
+    """Return why the mount of a scene cannot be carried, or ''."""
+    if scene.solver.load_case == 'displacement':
+        return 'a mount that is carried needs the forces of its frame: take load_case: inertia'
+    if scene.solver.time_step > 0.0:
+        return ('a mount that is carried moves as it is told, without load steps: take '
+                'solver.time_step: 0.0')
+    return ''
 
 
 def check_mount(scene: 'Scene') -> None:
@@ -31,12 +41,9 @@ def check_mount(scene: 'Scene') -> None:
     if not follows_mount(scene):
         return
     key = 'mount.enabled' if scene.mount.enabled else 'run.carried'
-    if scene.solver.load_case == 'displacement':
-        raise SceneError('a mount that is carried needs the forces of its frame: take load_case: '
-                         'inertia', key=key, value=True)
-    if scene.solver.time_step > 0.0:
-        raise SceneError('a mount that is carried moves as it is told, without load steps: take '
-                         '0.0', key='solver.time_step', value=scene.solver.time_step)
+    refusal = carrying_refusal(scene)
+    if refusal:
+        raise SceneError(refusal, key=key, value=True)
     if scene.run.carried and scene.run.real_time_factor not in (0.0, 1.0):
         raise SceneError('with run.carried, cmd_mount sets the pace: leave it at 1.0',
                          key='run.real_time_factor', value=scene.run.real_time_factor)

@@ -18,6 +18,7 @@ from .key import Key, key_of, number
 from .machine import check_drive, check_mount
 from .names import full_name, matches, ros_arguments, split_override
 from .parameter_file import Entry, read_file, read_text
+from .presets import filled, MEANING, NAME as PRESET, PRESETS
 from .rows import ONE_VALUE, tip_depth, widest
 from .sections import (Air, Bristle, Brush, Contact, Damping, Drive, Friction, Log, Mount, Road,
                        Run, SceneSection, Solver, Sweeper, WITH_TABLE)
@@ -206,6 +207,7 @@ def describe_keys() -> str:
         unit = f' [{key.unit}]' if key.unit not in ('', '1') else ''
         lines.append(f'{key.name}{unit}: {spell(key.default)}')
         lines.append(f'    {key.description}; {key.range}')
+    lines.append(f'{PRESET}:\n    {MEANING}; one of {", ".join(PRESETS)}')
     return '\n'.join(lines)
 
 
@@ -361,7 +363,7 @@ def _build(given: Given, source: str) -> Scene:
             raise SceneError('must be true or false', key=name, value=value, source=place)
         if name in _OF_EVERY_NODE or name.startswith('qos_overrides.'):
             continue
-        if value is None and name in _SECTIONS:
+        if name == PRESET or (value is None and name in _SECTIONS):
             continue  # rcl hands on `road: {}` as a parameter without a value
         if name not in _KEYS:
             raise SceneError(_nearest(name), key=name, value=value, source=place)
@@ -374,6 +376,12 @@ def _build(given: Given, source: str) -> Scene:
         section, _, leaf = name.rpartition('.')
         parts[section][leaf] = checked
     _check_table(parts['drive'], given)
+    if PRESET in given:
+        preset, place = given[PRESET]
+        try:
+            parts['solver'] = filled(parts['solver'], preset)
+        except SceneError as error:
+            raise error.at(place) from None
     try:
         sections: dict[str, Any] = {name: section(**parts[name])
                                     for name, section in _SECTIONS.items()}
@@ -395,6 +403,6 @@ def _nearest(name: str) -> str:
     if name in _SECTIONS:
         return f'is a section of keys, such as {_SECTIONS[name].keys()[0].name}'
     by_leaf = [key for key in _KEYS if key.rpartition('.')[2] == name.rpartition('.')[2]]
-    near = difflib.get_close_matches(name, _KEYS, 1) or by_leaf
+    near = difflib.get_close_matches(name, [*_KEYS, PRESET], 1) or by_leaf
     return f'unknown key, did you mean {near[0]}?' if near else (
         'unknown key: `python3 -m bristle_ros scene --keys` lists them all')

@@ -211,8 +211,9 @@ class Mount(SceneSection):
     """How the mount may be carried, by cmd_mount."""
 
     enabled: bool = switch(
-        False, 'whether cmd_mount is followed, which costs up to a fifth more time; with '
-        'run.carried it is, and where the commands of simulate have one')
+        False, 'whether all is ready for cmd_mount from the start, and mount_wrench_mean kept, '
+        'which costs up to a fifth more time; without, what it needs is compiled when the first '
+        'one comes. With run.carried, and where the commands of simulate have one, it is true')
     max_speed: float = number(20.0, 'm/s', 0.0, 1e3, 'a way that is faster is refused')
     max_rate: float = number(10.0, 'rad/s', 0.0, 1e3, 'and one that turns faster')
     max_acceleration: float = number(500.0, 'm/s^2', 1e-6, 1e6, 'or accelerates more')

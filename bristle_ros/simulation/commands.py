@@ -4,7 +4,7 @@ import math
 from numbers import Real
 from typing import Any, SupportsFloat, TypeAlias
 
-from bristle_ros.scene import depth_refusal, follows_mount, Scene
+from bristle_ros.scene import carrying_refusal, depth_refusal, Scene
 
 Values: TypeAlias = SupportsFloat | Iterable[SupportsFloat]     # of a command
 
@@ -58,8 +58,8 @@ def check_command(scene: Scene, topic: str, given: Values) -> tuple[float, ...]:
     if not all(math.isfinite(value) for value in values):
         raise CommandRefused(f'{topic}: {values} is not finite')
     _check_drive(scene, topic, values[0])
-    if topic == 'cmd_mount' and not follows_mount(scene):
-        raise CommandRefused(f'{topic}: needs mount.enabled: true, or run.carried')
+    if topic == 'cmd_mount' and carrying_refusal(scene):
+        raise CommandRefused(f'{topic}: {carrying_refusal(scene)}')
     if topic == 'cmd_vel':
         if math.hypot(*values[:2]) > scene.sweeper.max_speed:
             raise CommandRefused(

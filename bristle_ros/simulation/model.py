@@ -158,6 +158,12 @@ def drive_of(scene: Scene, time_step: float) -> Drive:
         True if follows_mount(scene) else None)
 
 
+def ready_to_carry(model: Model) -> Model:
+    """Return a Model whose mount may be carried, with all else as it is."""
+    return model._replace(drive=model.drive._replace(carrier=True),
+                          exact=model.exact._replace(carrier=True))
+
+
 def hub_of(scene: Scene) -> Hub | None:
     """Return the Hub, or None where the speed is given."""
     d, b = scene.drive, scene.bristle

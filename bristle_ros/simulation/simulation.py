@@ -26,7 +26,8 @@ from .commands import BRAKING, check_command, CommandRefused, Values
 from .driven import DrivenStepper, jump_torque, start_hub
 from .equilibrium import settle_state
 from .model import (build_models, build_state, check_start, contact_law, local_error_of,
-                    new_scratch, rows_of, states_of, touches_anywhere, turn_nodes, viscosity_of)
+                    new_scratch, ready_to_carry, rows_of, states_of, touches_anywhere, turn_nodes,
+                    viscosity_of)
 from .jump import jump_accelerations
 from .mount_path import Pose, tilted
 from .observe import observe_rows
@@ -269,7 +270,8 @@ class Simulation:
 
         topic : 'cmd_brush_speed' (rad/s,), 'cmd_vel' (m/s, m/s, rad/s), 'cmd_penetration' (m,) or
         'cmd_drive_torque' (N m,), which acts at once, or 'cmd_mount' (13 values: see
-        carried.target_of), reached run.chunk later
+        carried.target_of), reached run.chunk later; the first one compiles what that needs,
+        unless it is `ready_to_carry`
         Changes are limited by drive.max_acceleration, sweeper.max_acceleration,
         sweeper.max_yaw_acceleration and road.max_rate. Raises CommandRefused.
         """
@@ -314,11 +316,19 @@ class Simulation:
             segment = way_to(now, state, target_of(values), round(
                 scene.run.chunk / self.its) * self.its)
             check_way(scene, segment)
+        if not self.ready_to_carry:
+            self._stepper.models = tuple(map(ready_to_carry, self.models))
+            self._warm()
         frames, azimuth = self._scratch.frames[:2], np.array((1.0, 0.0, 1.0, 0.0))
         own_frame(self.model, self.state.motion, azimuth, now, self._scratch, frames[0])
         self.state.motion[CARRY:CARRY + SEGMENT] = segment
         own_frame(self.model, self.state.motion, azimuth, now, self._scratch, frames[1])
         jump_accelerations(self.models, self._states, *frames)
+
+    @property
+    def ready_to_carry(self) -> bool:
+        """Whether a cmd_mount needs nothing compiled any more."""
+        return self.model.drive.carrier is not None
 
     @property
     def carried(self) -> bool:

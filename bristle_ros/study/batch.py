@@ -50,7 +50,7 @@ def run_batch(study, folder, first, end, values=None, run=run_scene):
     run : makes a row of measures and a History of (study, scene); tests put a formula here
     """
     began = time.perf_counter()
-    target = provenance()['cpu']
+    target = provenance()['target']
     found, halved = [], []
     for number, row in zip(range(first, end), values or design.rows(study, first, end)):
         given = {factor.key: factor.column(value) for factor, value in zip(study.factors, row)}

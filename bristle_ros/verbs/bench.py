@@ -10,7 +10,7 @@ import sys
 import time
 
 from bristle_ros.command_line import add_scene, check_range, load_scene, Parser
-from bristle_ros.log import provenance
+from bristle_ros.log import processor, provenance
 
 REPEATS = 5
 DURATION = 0.5          # [s] simulated in each repeat
@@ -116,6 +116,7 @@ def main(arguments):
     scene = load_scene(options)
     from bristle_ros.simulation import Simulation  # from here on the compiler is needed
     found = measure(Simulation(scene), options.duration, options.repeats)
-    json.dump({'scene': options.scene, **found, 'machine': provenance()}, sys.stdout, indent=2)
+    json.dump({'scene': options.scene, **found,
+               'machine': {'cpu': processor(), **provenance()}}, sys.stdout, indent=2)
     print()
     return 0

@@ -1,10 +1,8 @@
 """The verb `view`: a page with the brush in 3-D, its forces, and controls."""
-import os
 from pathlib import Path
 import signal
-import sys
 
-from bristle_ros.command_line import Parser
+from bristle_ros.command_line import Parser, scene_files
 from bristle_ros.scene import load, SceneError
 
 LOCAL = ('127.0.0.1', 'localhost', '::1')
@@ -65,7 +63,7 @@ class Chooser:
 
     def __init__(self, options):
         self._node = options.node
-        self._scenes = {path.stem: path for path in _scenes()}
+        self._scenes = {path.stem: path for path in scene_files()}
         self._overrides = dict(_pair(rule) for rule in options.overrides)
         self._log = self._name = None
         given = options.what
@@ -128,14 +126,3 @@ def _pair(rule):
 
 def _is_log(given):
     return given.endswith(('.mcap', '.mcap.zstd')) or Path(given).expanduser().is_dir()
-
-
-def _scenes():
-    """Return the scene files of the checkout, or those that are installed."""
-    share = Path('share', 'bristle_ros', 'config')
-    places = [Path(__file__).resolve().parents[2] / 'config']
-    places += [Path(prefix) / share for prefix in os.environ.get(
-        'AMENT_PREFIX_PATH', '').split(os.pathsep) if prefix]
-    places.append(Path(sys.prefix) / share)
-    found = next((place for place in places if list(place.glob('*.yaml'))), None)
-    return sorted(found.glob('*.yaml')) if found else []

@@ -84,9 +84,11 @@ def test_what_it_cannot_follow_is_told_and_holds_nobody(scene, user, tmp_path):
 
 
 def test_out_of_lockstep_it_follows_what_comes(scene, user, tmp_path):
-    with Brush(scene, 'run.command_timeout:=0.3', log=tmp_path / 'run') as brush:
+    """Of two senders at once too; a node that was not told beforehand halts to get ready."""
+    with Brush(scene, 'run.command_timeout:=0.3', 'mount.enabled:=false',
+               log=tmp_path / 'run') as brush:
         joints = user.listen(JointState, 'joint_states')
-        way = user.publisher(Odometry, 'cmd_mount')
+        way, other = user.publisher(Odometry, 'cmd_mount'), user.publisher(Odometry, 'cmd_mount')
         user.until(lambda: joints, 'the brush')
         wrong = odometry(0.0, 0.0)
         wrong.header.frame_id = 'map'
@@ -95,12 +97,14 @@ def test_out_of_lockstep_it_follows_what_comes(scene, user, tmp_path):
         user.came(joints)
         for _ in range(200):
             way.publish(odometry(0.0, 0.0))         # a burst
+            other.publish(odometry(0.0, 0.0, x=2.0))
         before = seconds(joints[-1])
         user.until(lambda: seconds(joints[-1]) > before + 1.0, 'a second')
         code, printed = brush.end()
     assert code == 0, printed
     assert "refused: cmd_mount: frame 'map': must be road" in printed
     assert 'beyond mount.max_' in printed
+    assert printed.count('the first cmd_mount: the brush halts') == 1
     verdict = verify(tmp_path / 'run')
     assert verdict.difference == ''
     assert verdict.applied >= 2     # it was carried, and has braked since

@@ -215,7 +215,7 @@ def test_elsewhere_it_says_so_and_compares_with_a_tolerance(
         logged, tmp_path, capsys, monkeypatch):
     here = verify_module.provenance()
     monkeypatch.setattr(
-        verify_module, 'provenance', lambda: {**here, 'numba': '0.1', 'cpu': 'Z80'})
+        verify_module, 'provenance', lambda: {**here, 'numba': '0.1', 'target': 'Z80'})
     slightly = changed_at(9, 'tip_pose', 'pose.position.x', lambda value: value * (1 + 1e-11))
     path = rewrite(logged, tmp_path / 'a.mcap', slightly)
     assert main(['replay', str(path), '--verify']) == 0

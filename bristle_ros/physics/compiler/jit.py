@@ -1,18 +1,23 @@
 """
 The one `jit`: compiler flags, and a cache that notices an edit in any kernel file.
 
-It reaches into numba: tried with 0.68.1; test/physics/compiler/test_hooks.py names what is gone.
+What was compiled is looked for in the package first, where a wheel may carry it, then in the
+user's cache. It reaches into numba: tried with 0.68.1; test/physics/compiler/test_hooks.py names
+what is gone.
 """
 import contextlib
 import fcntl
+from functools import cache
 import hashlib
 import os
 from pathlib import Path
 import sys
 import tempfile
 from typing import Any
-import zlib
 
+from bristle_ros.target import LEVELS, target
+
+DIGEST = 16     # [bytes] of what each file ends in
 SOURCES = sorted(Path(__file__).resolve().parents[1].rglob('*.py'))  # every kernel is in there
 
 
@@ -29,23 +34,34 @@ def _check_threads():
 
 
 _check_threads()
+import llvmlite  # noqa: E402
 import numba  # noqa: E402  what it finds in the environment is checked before
-from numba.core.caching import FunctionCache  # noqa: E402
+from numba.core.caching import (CompileResultCacheImpl, FunctionCache,  # noqa: E402
+                                InTreeCacheLocator)
+
+if target() in LEVELS and 'NUMBA_CPU_FEATURES' not in os.environ:
+    numba.config.CPU_NAME = target()  # type: ignore[attr-defined]
+    numba.config.CPU_FEATURES = ''  # type: ignore[attr-defined]    what the level has
 
 
-def _cache_directory():
+def _content():
     """
-    Return a folder named by what is in the kernel files and what compiles them, None without one.
+    Return a name for what is in the kernel files and for what compiles them.
 
     numba looks only at the outer function's own file, so an edit in a kernel that it calls would
     not count; a new folder for each content does what is needed.
     """
-    digest = hashlib.sha256(numba.__version__.encode())
+    digest = hashlib.sha256(f'{numba.__version__} {llvmlite.__version__}'.encode())
     for path in SOURCES:
         digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _cache_directory():
+    """Return the user's folder for this content, None where there can be none."""
     try:
         home = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache')
-        folder = home / 'bristle_ros' / digest.hexdigest()[:16]
+        folder = home / 'bristle_ros' / CONTENT
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             return folder
@@ -64,9 +80,9 @@ def _say(text):
         print(f'bristle_ros: {text}', file=sys.stderr, flush=True)
 
 
+CONTENT = _content()
 FOLDER = _cache_directory()
-if FOLDER:
-    numba.config.CACHE_DIR = str(FOLDER)  # type: ignore[attr-defined]
+SHIPPED = Path(__file__).resolve().parents[2] / 'kernels' / CONTENT     # read only; may be missing
 
 # 'contract' fuses multiply-add, 'nsz' and 'arcp' free the vectoriser; NaN and inf stay honest.
 # error_model: the division check of Python is a branch, and a branch stops the vectoriser.
@@ -75,17 +91,22 @@ _OPTIONS: dict[str, Any] = {'error_model': 'numpy', '_nrt': False}
 _compiled = numba.njit(nogil=True, fastmath={'contract', 'nsz', 'arcp'}, **_OPTIONS)
 
 
-class _Cache(FunctionCache):
-    """
-    numba's cache of one kernel, which trusts no file: a damaged one is compiled anew.
+@cache
+def _tell(text, folder):
+    """Say what is the matter with the kernels in a folder, once for all of them."""
+    _say(f'the cache of compiled kernels in {folder} {text}')
 
-    Each file ends in a checksum, as zeros in the middle of machine code would be run. One process
-    at a time saves: two that save variants of one kernel at once may give both the same file, and
-    one of them would later run the other's machine code.
-    """
 
-    _told = False       # of all kernels: one line is enough
-    _writable = True
+def _digest(content):
+    return hashlib.blake2b(content, digest_size=DIGEST).digest()
+
+
+class _Checked(FunctionCache):
+    """
+    numba's cache of one kernel, of which each file ends in a digest of what is before it.
+
+    Zeros in the middle of machine code would be run.
+    """
 
     def __init__(self, function):
         super().__init__(function)
@@ -94,22 +115,86 @@ class _Cache(FunctionCache):
 
         def dump_checked(entry):
             content = dump(entry)   # unpickling stops before what follows it
-            return content + zlib.crc32(content).to_bytes(4, 'big')
+            return content + _digest(content)
 
         def load_checked(name):
             content = Path(file._data_path(name)).read_bytes()
-            if zlib.crc32(content[:-4]) != int.from_bytes(content[-4:], 'big'):
-                raise ValueError(f'{name} has another checksum')
+            if _digest(content[:-DIGEST]) != content[-DIGEST:]:
+                raise ValueError(f'{name} has another digest')
             return load(name)
 
         file._dump, file._load_data = dump_checked, load_checked
 
+
+class _InRoom(InTreeCacheLocator):
+    """Keeps a kernel in a folder of its room's name: wherever the package is installed."""
+
+    folder = FOLDER
+
+    def __init__(self, function, path):
+        super().__init__(function, path)
+        self._cache_path = str(self.folder / Path(path).parent.name)
+
+
+class _Carried(_InRoom):
+    """The same in the package; nothing is written there."""
+
+    folder = SHIPPED
+
+    def ensure_cache_path(self):
+        """Leave what is there as it is."""
+
+
+class _UserFiles(CompileResultCacheImpl):
+    _locator_classes = [_InRoom]
+
+
+class _ShippedFiles(CompileResultCacheImpl):
+    _locator_classes = [_Carried]
+
+
+class _Shipped(_Checked):
+    """What the package has of one kernel, read only."""
+
+    _impl_class = _ShippedFiles
+
     def load_overload(self, sig, target_context):
-        """Return what is cached, or None to have it compiled."""
+        """Return what is there, or None."""
         try:
             return super().load_overload(sig, target_context)
         except Exception:   # whatever unpickling makes of garbage
-            _Cache._tell('is damaged: compiling anew')
+            _tell('is damaged: compiling anew', SHIPPED)
+            return None
+
+    def save_overload(self, sig, data):
+        """Keep nothing."""
+
+
+class _Cache(_Checked):
+    """
+    What the package has of one kernel, and the user's cache: no file is trusted.
+
+    A damaged one is compiled anew. One process at a time saves: two that save variants of one
+    kernel at once may give both the same file, and one of them would later run the other's
+    machine code.
+    """
+
+    _impl_class = _UserFiles
+    _writable = True
+
+    def __init__(self, function):
+        super().__init__(function)
+        self._shipped = _Shipped(function) if SHIPPED.is_dir() else None
+
+    def load_overload(self, sig, target_context):
+        """Return what is cached, or None to have it compiled."""
+        found = self._shipped and self._shipped.load_overload(sig, target_context)
+        if found:
+            return found
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:   # whatever unpickling makes of garbage
+            _tell('is damaged: compiling anew', FOLDER)
             try:
                 with self._alone():
                     self._drop()
@@ -126,8 +211,8 @@ class _Cache(FunctionCache):
                 super().save_overload(sig, data)
         except OSError as error:
             _Cache._writable = False
-            _Cache._tell(f'cannot be written ({_reason(error)}): compiling in memory, at each '
-                         'start')
+            _tell(f'cannot be written ({_reason(error)}): compiling in memory, at each start',
+                  FOLDER)
 
     def _drop(self):
         """Remove the kernel's files; the index last, or a later one could name what is left."""
@@ -143,12 +228,6 @@ class _Cache(FunctionCache):
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield
 
-    @classmethod
-    def _tell(cls, text):
-        if not cls._told:
-            _Cache._told = True
-            _say(f'the cache of compiled kernels in {FOLDER} {text}')
-
 
 def jit(function):
     """Compile a kernel; once for all values of its integer arguments, not for each constant."""
@@ -157,6 +236,8 @@ def jit(function):
         return dispatcher
     if FOLDER:
         dispatcher._cache = _Cache(function)
+    elif SHIPPED.is_dir():
+        dispatcher._cache = _Shipped(function)
     resolve = dispatcher.get_call_template
 
     def get_call_template(args, kws):

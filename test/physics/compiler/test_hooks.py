@@ -26,7 +26,10 @@ HOOKS = [
     (caching.IndexDataCacheFile, '_dump', 'jit.py: a checksum goes behind the content'),
     (caching.IndexDataCacheFile, '_load_data', 'jit.py: and is compared'),
     (caching.IndexDataCacheFile, '_data_path', 'jit.py: where the content is'),
-    (numba.config, 'CACHE_DIR', 'jit.py: a folder for each content of the kernels'),
+    (caching.CompileResultCacheImpl, '_locator_classes', 'jit.py: where code is kept'),
+    (caching.InTreeCacheLocator, 'get_cache_path', 'jit.py: a folder for each content'),
+    (numba.config, 'CPU_NAME', 'jit.py: code for a level of x86-64'),
+    (numba.config, 'CPU_FEATURES', 'jit.py: and for nothing beyond'),
     (numba.config, 'DISABLE_JIT', 'jit.py, lanes.py, work_queue.py: kernels as plain Python'),
     (numba.types, 'unliteral', 'jit.py: one version for all constants'),
     (templates, 'AbstractTemplate', 'lanes.py: operators of vectors'),
@@ -61,7 +64,7 @@ def test_what_a_kernel_has_of_numba():
             f'the cache file of numba {numba.__version__} has no {name} (tested with {TESTED})')
     assert isinstance(profile_at._cache, _Cache), 'kernels have the cache of jit.py'
     assert Path(profile_at._cache.cache_path).is_relative_to(FOLDER), (
-        'numba.config.CACHE_DIR still decides where code is kept')
+        '_cache_path of a locator still decides where code is kept')
 
 
 def test_the_content_of_a_cache_file_goes_through_dump_and_load_data():
