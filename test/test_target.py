@@ -35,7 +35,7 @@ def test_the_level_is_what_numba_compiles_for():
     from bristle_ros.physics.motion.drive import profile_at
     from numba.core.registry import cpu_target
     assert profile_at
-    triple, name, instructions = cpu_target.target_context.codegen().magic_tuple()
+    _, name, instructions = cpu_target.target_context.codegen().magic_tuple()
     assert name == target()
     if name in LEVELS:
         assert instructions == ''

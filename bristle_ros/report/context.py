@@ -16,6 +16,7 @@ class Context(NamedTuple):
     drawn: int              # cases of the campaign that are drawn at random
     seed: int
     case_limit: float       # [s] of one case of the campaign
+    builds: int             # sets of compiled functions that drawn cases need; 0: any number
     crew: Crew              # for what is not timed
     timer: Timer
     progress: object        # Progress

@@ -32,6 +32,9 @@ def _parse(arguments):
                         help='of the randomly drawn campaign cases; default: the clock')
     parser.add_argument('--drawn', type=int, metavar='N',
                         help='how many cases are drawn; default 1000, with --quick 24')
+    parser.add_argument('--builds', type=int, default=16, metavar='N',
+                        help='how many sets of compiled functions the drawn cases may need '
+                        'together, each of which takes up to a minute; 0: any; default 16')
     parser.add_argument('--case-limit', type=float, default=20.0, metavar='S',
                         help='processor time of one campaign case; default 20, with --quick at '
                         'most 3')
@@ -45,7 +48,7 @@ def _parse(arguments):
     if options.seed is None:
         options.seed = int(time.time())
     for name, low, high in (('repeats', 1, 1000), ('drawn', 0, 100_000), ('seed', 0, 2**63),
-                            ('case-limit', 0.01, 86400.0)):
+                            ('builds', 0, 1000), ('case-limit', 0.01, 86400.0)):
         check_range(options, name, low, high)
     if options.quick:
         options.case_limit = min(options.case_limit, 3.0)
@@ -82,7 +85,7 @@ def _measure(results, names, options):
         with StopSignals(), crew(len(cores())) as workers, timer(options.repeats,
                                                                  progress) as clock:
             context = Context(options.quick, options.drawn, options.seed, options.case_limit,
-                              workers, clock, progress)
+                              options.builds, workers, clock, progress)
             for name in names:
                 progress.part(name)
                 started = time.monotonic()

@@ -17,6 +17,8 @@ from typing import NamedTuple
 GRACE = 150.0       # [s] on top of a job's limit, for compiling and a step that is under way
 STILL = 300.0       # [s] by the clock in which a process has not worked for TICK: it hangs
 TICK = 0.1          # [s]
+MOST = 2 << 30      # [bytes] of a worker that is replaced after its job: it keeps the compiled
+                    # functions of each kind of scene that it has simulated
 ONE_THREAD = dict.fromkeys(('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS'), '1')
 
 
@@ -51,6 +53,15 @@ def processor_time(process):
         return (int(numbers[11]) + int(numbers[12])) / os.sysconf('SC_CLK_TCK')
     except (OSError, ValueError, IndexError):
         return None
+
+
+def memory(process):
+    """Return what a process has in memory [bytes], 0 unknown."""
+    try:
+        with open(f'/proc/{process}/statm', encoding='ascii') as file:
+            return int(file.read().split()[1]) * os.sysconf('SC_PAGE_SIZE')
+    except (OSError, ValueError, IndexError):
+        return 0
 
 
 class Patience:
@@ -131,6 +142,10 @@ class Worker:
         self._patience = Patience(self._process.pid, limit + GRACE)
         self.pipe.send((job.function, job.arguments))
 
+    def is_full(self):
+        """Whether it has more in memory than one that begins anew should."""
+        return memory(self._process.pid) > MOST
+
     def is_late(self):
         """Whether the job that it has was to be done by now."""
         return self._patience.over()
@@ -191,7 +206,7 @@ class Crew:
                                    'processor', True)
                 else:
                     continue
-                if isinstance(value, Failed) and value.lost:
+                if isinstance(value, Failed) and value.lost or worker.is_full():
                     worker.end()
                     self._workers[at] = Worker()
                 place, job = busy.pop(at)

@@ -125,6 +125,10 @@ def test_the_list_covers_what_was_promised():
 def test_draws_repeat_with_their_seed():
     assert draws.drawn(7, 20) == draws.drawn(7, 20)
     assert draws.drawn(7, 20) != draws.drawn(8, 20)
+    assert len({draws.build_of(case.parameters) for case in draws.drawn(3, 200)}) > 20
+    few = draws.drawn(3, 200, builds=5)
+    assert len(few) == 200
+    assert len({draws.build_of(case.parameters) for case in few}) == 5
     for case in draws.drawn(3, 200):
         from_parameters(case.parameters, case.name)     # none is out of range
 

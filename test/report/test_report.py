@@ -148,7 +148,7 @@ def test_a_peer_solves_the_same_scene(module, elements, step, bound):
 def test_the_precision_part_measures_and_shows_a_scene(tmp_path, alone):
     subject = Subject('S2', 'free rotation', 0.02, False, (2e-3, 1e-3, 5e-4), 1e-3, (8, 1e-4),
                       (6, 1e-4))
-    context = Context(True, 0, 0, 1.0, alone, alone, Progress({}, io.StringIO()))
+    context = Context(True, 0, 0, 1.0, 0, alone, alone, Progress({}, io.StringIO()))
     data = precision.measure(context, (subject,))
     [entry] = data['subjects']
     errors = [row['tip'] for row in entry['rows'] if row['family'] == 'step']

@@ -20,7 +20,7 @@ import pytest
 
 def test_a_scene_of_the_road_is_measured_and_shown(tmp_path, alone, monkeypatch):
     monkeypatch.setattr(assumption, 'measure', lambda context: {})     # minutes, in one process
-    context = Context(True, 0, 0, 1.0, alone, alone, Progress({}, io.StringIO()))
+    context = Context(True, 0, 0, 1.0, 0, alone, alone, Progress({}, io.StringIO()))
     subject = subject_of('lying')._replace(duration=0.03)
     data = measure.measure(context, (subject,))
     [entry] = data['subjects']

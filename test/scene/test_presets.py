@@ -36,7 +36,8 @@ def test_a_scene_keeps_what_came_of_it(tmp_path):
 def test_another_preset_is_one_line(value, words):
     with pytest.raises(SceneError) as error:
         from_parameters({'solver.preset': value}, 'test')
-    assert words in str(error.value) and '\n' not in str(error.value)
+    assert words in str(error.value)
+    assert '\n' not in str(error.value)
 
 
 def test_a_misspelt_preset_key_is_told():

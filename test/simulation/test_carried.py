@@ -243,7 +243,8 @@ def test_the_first_command_has_what_it_needs_compiled():
         for _ in range(20):
             simulation.command('cmd_mount', uniform(simulation, CHUNK))
             simulation.advance(10)
-        assert simulation.carried and simulation.ready_to_carry
+        assert simulation.carried
+        assert simulation.ready_to_carry
         runs.append(simulation.snapshot())
     for name in ('tip_position', 'contact_impulse', 'brush_force', 'base_pose'):
         np.testing.assert_array_equal(getattr(runs[0], name), getattr(runs[1], name))

@@ -88,7 +88,9 @@ SHIPPED = Path(__file__).resolve().parents[2] / 'kernels' / CONTENT     # read o
 # error_model: the division check of Python is a branch, and a branch stops the vectoriser.
 # _nrt: no reference counts, which took a tenth of a step; an allocation does not even compile.
 _OPTIONS: dict[str, Any] = {'error_model': 'numpy', '_nrt': False}
-_compiled = numba.njit(nogil=True, fastmath={'contract', 'nsz', 'arcp'}, **_OPTIONS)
+# no_cfunc_wrapper: nobody calls kernels through C, and each wrapper takes its share of compiling
+_compiled = numba.njit(nogil=True, no_cfunc_wrapper=True,
+                       fastmath={'contract', 'nsz', 'arcp'}, **_OPTIONS)
 
 
 @cache
@@ -146,11 +148,11 @@ class _Carried(_InRoom):
 
 
 class _UserFiles(CompileResultCacheImpl):
-    _locator_classes = [_InRoom]
+    _locator_classes = (_InRoom,)
 
 
 class _ShippedFiles(CompileResultCacheImpl):
-    _locator_classes = [_Carried]
+    _locator_classes = (_Carried,)
 
 
 class _Shipped(_Checked):

@@ -88,21 +88,29 @@ def programs():
     return {name: module.version() for name, module in PEERS.items() if module.version()}
 
 
-def _averaged(crew, program, name, elements, step, angles=START_ANGLES):
+def _averaged(crew, name, wanted):
     """
-    Return the Solution of a setting, or Failed.
+    Return the Solutions of [(program, elements, step, start angles)], or Failed, all cores on it.
 
     S4, undamped, does not repeat in detail: its impulse is the mean over start angles.
     """
-    changes = angles if name == 'S4' else (0.0,)
-    parts = crew.run([Job(solve, (program, name, elements, step, float(change)))
-                      for change in changes])
-    good = [part for part in parts if not isinstance(part, Failed)]
-    if len(good) < len(parts):
-        return next(part for part in parts if isinstance(part, Failed))
-    impulses = [part.impulse for part in good]
-    return good[0]._replace(impulse=float(np.mean(impulses)), spread=float(np.std(impulses)),
-                            wall=float(np.mean([part.wall for part in good])))
+    jobs, counts = [], []
+    for program, elements, step, angles in wanted:
+        changes = angles if name == 'S4' else (0.0,)
+        jobs += [Job(solve, (program, name, elements, step, float(change))) for change in changes]
+        counts.append(len(changes))
+    found = iter(crew.run(jobs))
+    return [_mean([next(found) for _ in range(count)]) for count in counts]
+
+
+def _mean(parts):
+    """Return the Solution of the first part with the mean impulse of all, or Failed."""
+    failed = [part for part in parts if isinstance(part, Failed)]
+    if failed:
+        return failed[0]
+    impulses = [part.impulse for part in parts]
+    return parts[0]._replace(impulse=float(np.mean(impulses)), spread=float(np.std(impulses)),
+                             wall=float(np.mean([part.wall for part in parts])))
 
 
 def _blend(parts):
@@ -141,17 +149,31 @@ def _recipe(program, scene, quick, second):
     return [(4 / 3, many, step), (-1 / 3 + 1.0, few, step), (-1.0, few, 2 * step)]
 
 
-def converged(crew, program, name, *, quick, second=False):
-    """Return a program's converged Solution of a scene and how it was made, or Failed."""
-    recipe = _recipe(program, peer_scene(name), quick, second)
-    parts = [(weight, _averaged(crew, program, name, elements, step,
-                                START_ANGLES[:4] if second else START_ANGLES))
-             for weight, elements, step in recipe]
-    failed = [part for _, part in parts if isinstance(part, Failed)]
-    if failed:
-        return failed[0], ''
-    how = ' and '.join(f'{elements} elements, {step * 1e6:g} us' for _, elements, step in recipe)
-    return _blend(parts), how + (' extrapolated' if len(recipe) > 1 else '')
+def converged(crew, programs_, name, *, quick):
+    """
+    Return {program: (converged Solution or Failed, how it was made, the second one or Failed)}.
+
+    All of them at once: they are the longest runs there are.
+    """
+    scene = peer_scene(name)
+    recipes = {(program, second): _recipe(program, scene, quick, second)
+               for program in programs_ for second in (False, True)}
+    solutions = iter(_averaged(crew, name, [
+        (program, elements, step, START_ANGLES[:4] if second else START_ANGLES)
+        for (program, second), recipe in recipes.items() for _, elements, step in recipe]))
+    blends = {}
+    for key, recipe in recipes.items():
+        parts = [(weight, next(solutions)) for weight, _, _ in recipe]
+        failed = [part for _, part in parts if isinstance(part, Failed)]
+        blends[key] = failed[0] if failed else _blend(parts)
+    return {program: (blends[program, False], _how(recipes[program, False]),
+                      blends[program, True]) for program in programs_}
+
+
+def _how(recipe):
+    """Say how a converged run is made."""
+    words = ' and '.join(f'{elements} elements, {step * 1e6:g} us' for _, elements, step in recipe)
+    return words + (' extrapolated' if len(recipe) > 1 else '')
 
 
 def path_error(solution, reference):
@@ -190,11 +212,8 @@ def measure(context, names=None):
         return data
     names = names or (('S2',) if context.quick else ('S1', 'S2', 'S5', 'S3', 'S4'))
     for number, name in enumerate(names):
-        entries = {}
-        for at, program in enumerate(('bristle_ros', *found)):
-            context.progress.count(number + 0.4 * at / (1 + len(found)), len(names),
-                                   f'{name}: errors of {program}')
-            entries[program] = _errors(context, program, name)
+        context.progress.count(number, len(names), f'{name}: errors')
+        entries = _errors(context, ('bristle_ros', *found), name)
         timed = [Timed(f'{program} {row["label"]}', prepare,
                        (program, name, row['elements'], row['step']), program,
                        peer_scene(name).duration)
@@ -221,28 +240,36 @@ def _apart(ours, exact, name):
             if peer_scene(name).by_impulse else None}
 
 
-def _errors(context, program, name):
-    """Return a program's converged run, own error, and rows with the errors of its settings."""
-    contact = peer_scene(name).by_impulse
-    exact, how = converged(context.crew, program, name, quick=context.quick)
-    if isinstance(exact, Failed):
-        return {'rows': [{'label': 'converged run', 'note': exact.reason}], 'own': None,
-                'exact': None, 'how': ''}
-    second, _ = converged(context.crew, program, name, quick=context.quick, second=True)
-    own = None if isinstance(second, Failed) else error_of(second, exact, contact)
-    rows = []
-    for elements, step in settings(program, name):
-        if context.quick and (elements > 24 or peer_scene(name).duration / step > 60_000):
-            continue    # minutes
-        label = f'{elements} elements, {step * 1e6:g} us'
-        row = {'label': label, 'elements': elements, 'step': step, 'note': ''}
-        solution = _averaged(context.crew, program, name, elements, step)
-        if isinstance(solution, Failed):
-            rows.append({**row, 'note': solution.reason})
+def _errors(context, programs_, name):
+    """Return of each program its converged run, own error, and rows of its settings' errors."""
+    contact, entries, todo = peer_scene(name).by_impulse, {}, {}
+    runs = converged(context.crew, programs_, name, quick=context.quick)
+    for program, (exact, how, second) in runs.items():
+        if isinstance(exact, Failed):
+            entries[program] = {'rows': [{'label': 'converged run', 'note': exact.reason}],
+                                'own': None, 'exact': None, 'how': ''}
             continue
-        error = error_of(solution, exact, contact)
-        rows.append({**row, 'error': error, 'wall_once': solution.wall, 'scatter': (
-            100 * solution.spread / exact.impulse if contact else None)})
-        if error <= LEVELS[-1]:
-            break       # what follows is finer and slower
-    return {'rows': rows, 'own': own, 'exact': exact, 'how': how}
+        own = None if isinstance(second, Failed) else error_of(second, exact, contact)
+        entries[program] = {'rows': [], 'own': own, 'exact': exact, 'how': how}
+        # in the quick form not what takes minutes
+        todo[program] = [(elements, step) for elements, step in settings(program, name)
+                         if not context.quick or (
+                             elements <= 24 and peer_scene(name).duration / step <= 60_000)]
+    while any(todo.values()):   # from coarse to fine, one setting of each program at a time
+        turn = [(program, *todo[program].pop(0)) for program in todo if todo[program]]
+        solutions = _averaged(context.crew, name, [(*each, START_ANGLES) for each in turn])
+        for (program, elements, step), solution in zip(turn, solutions):
+            row = _row(elements, step, solution, entries[program]['exact'], contact)
+            entries[program]['rows'].append(row)
+            if row.get('error', math.inf) <= LEVELS[-1]:
+                todo[program] = []      # what follows is finer and slower
+    return entries
+
+
+def _row(elements, step, solution, exact, contact):
+    row = {'label': f'{elements} elements, {step * 1e6:g} us', 'elements': elements, 'step': step,
+           'note': ''}
+    if isinstance(solution, Failed):
+        return {**row, 'note': solution.reason}
+    return {**row, 'error': error_of(solution, exact, contact), 'wall_once': solution.wall,
+            'scatter': 100 * solution.spread / exact.impulse if contact else None}

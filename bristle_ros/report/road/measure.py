@@ -17,7 +17,7 @@ from .subjects import (CONVERGED, FINE_MESH, FINE_STEP, MESHES, road_scene, SECO
 
 QUICK_PACE = 5.0        # times longer steps of converged runs in the quick form
 IN_QUICK = ('lying', 'kerb', 'rough')
-BESIDE_PEERS = ('lying', 'kerb', 'edge')
+BESIDE_PEERS = ('lying', 'kerb')
 
 
 def solve(name, its, keys, duration):

@@ -16,7 +16,7 @@ from bristle_ros.scene import from_parameters, SceneError
 
 from . import cases as campaign_cases
 from .checks import Watch
-from .draws import drawn
+from .draws import build_of, drawn
 from .surfaces import surface_name
 
 KINDS = ('finished', 'stopped', 'cut', 'refused', 'wrong')
@@ -189,7 +189,7 @@ def measure(context, cases=None):
     if cases is None:
         cases = campaign_cases.short() if context.quick else campaign_cases.listed()
         cases = cases + drawn(context.seed, context.drawn, 0.1 if context.quick else 0.5,
-                              context.case_limit)
+                              context.case_limit, context.builds)
 
     def tell(value, job, done, total):
         context.progress.count(done, total, f'campaign {done} of {total}: {job.label}')
@@ -201,4 +201,6 @@ def measure(context, cases=None):
             result = Result(case.name, reason=result.reason, drawn=case.drawn,
                             parameters=case.parameters, surface=surface_name(case.parameters))
         rows.append(result.row())
-    return {'cases': rows, 'seed': context.seed, 'case_limit': context.case_limit}
+    return {'cases': rows, 'seed': context.seed, 'case_limit': context.case_limit,
+            'builds': len({build_of(case.parameters) for case in cases if case.drawn}),
+            'of_builds': context.builds}

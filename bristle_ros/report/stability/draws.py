@@ -14,16 +14,29 @@ ROWS = 0.15     # of the cases have rows of bristles
 AIR = 0.1       # of the cases turn in air, or in what is denser
 
 
-def drawn(seed, count, duration=0.5, limit=20.0):
+def build_of(parameters):
+    """Return which compiled functions the scene of `parameters` needs, as a tuple."""
+    touches = parameters.get('contact.enabled', True)
+    return (touches, touches and parameters.get('contact.points', 'wire'),
+            bool(touches and parameters.get('gutter.enabled')),
+            bool(touches and parameters.get('profile.kind', 'none') != 'none'),
+            bool(parameters.get('damping.stiffness')), bool(parameters.get('air.density')),
+            parameters.get('drive.profile') == 'table', 'brush.row_counts' in parameters)
+
+
+def drawn(seed, count, duration=0.5, limit=20.0, builds=0):
     """
     Return `count` cases drawn at random: each changes two to six things of a base.
 
     On top of that, and each by itself: a surface, a table of speeds, rows of bristles, air, load
     case, integrator, load steps longer than ITS, commands within their limits, and a reset. What
     would last longer than its limit [s] is shorter: on most machines no case is cut off.
+
+    builds : int    sets of compiled functions that they need together, the first ones that come;
+    0: any number. One takes longer to compile than its cases to run
     """
     draw = random.Random(seed)
-    cases = []
+    cases, seen = [], set()
     while len(cases) < count:
         base = 'free' if draw.random() < FREE else draw.choice([*BASES][:-1])
         changes = _draw_changes(draw, base)
@@ -36,6 +49,10 @@ def drawn(seed, count, duration=0.5, limit=20.0):
         if starts_inside(scene):
             continue
         case = _with_surface(draw, _with_table(draw, case), base)
+        if len(seen) < builds:
+            seen.add(build_of(case.parameters))
+        if builds and build_of(case.parameters) not in seen:
+            continue
         its = case.parameters['solver.integration_time_step']
         case = case._replace(duration=min(round(case.duration / its), _most(case, limit)) * its)
         cases.append(_with_events(draw, case, base))

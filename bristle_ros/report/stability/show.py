@@ -167,6 +167,11 @@ def show(page, data, results):
     page.says(f'Looked at: {sum(row.get("looks") or 0 for row in rows)} outputs, and '
               f'{sum(row.get("wire_points") or 0 for row in rows)} places along wires that touch '
               f'with all their length; on surfaces {sum(is_uneven(row) for row in rows)} cases.')
+    if data.get('builds'):
+        page.says(f'The drawn cases need {data["builds"]} sets of compiled functions'
+                  + (f': once {data["of_builds"]} had come, cases that need another were drawn '
+                     'again, as compiling takes longer than running.' if data['of_builds']
+                     else '.'))
     problem = problem_of(data)
     if problem:
         page.says(f'Not a pass: {problem}.', marked=True)
