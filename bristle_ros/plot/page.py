@@ -182,7 +182,7 @@ def _timing(axes, series):
             late.plot(timing.t, timing.delay, color=GREY, linewidth=0.8)
             late.set_ylabel('behind [s]', color=GREY)
             late.grid(False)
-        axes.legend(loc='lower right', bbox_to_anchor=(1.0, 0.97), borderpad=0.0)
+        axes.legend(loc='upper right')      # inside: it is too long beside the title
 
 
 def _moving_mean(t, values, width):

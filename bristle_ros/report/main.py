@@ -32,9 +32,10 @@ def _parse(arguments):
                         help='of the randomly drawn campaign cases; default: the clock')
     parser.add_argument('--drawn', type=int, metavar='N',
                         help='how many cases are drawn; default 1000, with --quick 24')
-    parser.add_argument('--builds', type=int, default=16, metavar='N',
+    parser.add_argument('--builds', type=int, metavar='N',
                         help='how many sets of compiled functions the drawn cases may need '
-                        'together, each of which takes up to a minute; 0: any; default 16')
+                        'together, each of which takes up to a minute; 0: any number; default '
+                        '16, with --quick 4')
     parser.add_argument('--case-limit', type=float, default=20.0, metavar='S',
                         help='processor time of one campaign case; default 20, with --quick at '
                         'most 3')
@@ -43,6 +44,8 @@ def _parse(arguments):
     options = parser.parse_args(arguments)
     if options.drawn is None:
         options.drawn = 24 if options.quick else 1000
+    if options.builds is None:
+        options.builds = 4 if options.quick else 16
     if options.repeats is None:
         options.repeats = 3 if options.quick else 7
     if options.seed is None:
