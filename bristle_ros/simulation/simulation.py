@@ -5,12 +5,8 @@ import time
 from typing import Any, SupportsIndex
 
 from bristle_ros.physics.contact import GAP, gap_at, IMPULSE, MOST
-from bristle_ros.physics.motion import (approach_at as compiled_approach_at, APPROACHING, CARRY,
-                                        DRIVE_WORK, FORWARD, HEIGHT,
-                                        kerb_offset as compiled_kerb_offset, LEFT, MOVED,
-                                        PENETRATION, RAMP, ramp_at as compiled_ramp_at,
-                                        renew_rates, ROTATION, SEGMENT, SPEED, split_load_step,
-                                        TORQUE, TURNING, YAW)
+from bristle_ros.physics.motion import (CARRY, DRIVE_WORK, HEIGHT, MOVED, renew_rates, ROTATION,
+                                        SEGMENT, split_load_step, TORQUE, TURNING)
 from bristle_ros.physics.step import (AT_FINEST, CLAMP_INSIDE, FAILURES, initialise, Model, NEWTON,
                                       NO_CONVERGENCE, NOT_FINITE, output, own_frame,
                                       SINGULAR_MATRIX, SPLIT, SUBSTEPS, TOO_MANY_POINTS,
@@ -20,8 +16,8 @@ from bristle_ros.scene import brush_rows, Scene, spell, to_parameters
 import numpy as np
 from numpy.typing import NDArray
 
-from .carried import (brake, check_way, is_carried, MountState, quaternion_of, state_at,
-                      target_of, way_to)
+from .ahead import compiling_ahead
+from .carried import brake, check_way, MountState, target_of, way_to
 from .commands import BRAKING, check_command, CommandRefused, Values
 from .driven import DrivenStepper, jump_torque, start_hub
 from .equilibrium import settle_state
@@ -29,7 +25,8 @@ from .model import (build_models, build_state, check_start, contact_law, local_e
                     new_scratch, ready_to_carry, rows_of, states_of, touches_anywhere, turn_nodes,
                     viscosity_of)
 from .jump import jump_accelerations
-from .mount_path import Pose, tilted
+from .mount import Mount
+from .mount_path import Pose
 from .observe import observe_rows
 from .snapshot import ACCOUNTED, Snapshot
 from .stepper import Stepper
@@ -52,14 +49,8 @@ REASONS = {
 LOADS = "the brush's motion is not finite there: that is no fault of the scene, please report it"
 
 
-# A few commands a second are not worth a compiled function that has to be loaded.
-ramp_at = getattr(compiled_ramp_at, 'py_func', compiled_ramp_at)
-approach_at = getattr(compiled_approach_at, 'py_func', compiled_approach_at)
-kerb_offset = getattr(compiled_kerb_offset, 'py_func', compiled_kerb_offset)
-
 TORQUE_Z = output.BRUSH_TORQUE + 2
 MOST_STEPS = 2**62  # of one call: what a kernel can count
-SLACK = 2e-5    # of an integration step, when a time is compared with a ramp's end
 
 
 class StepFailure(RuntimeError):
@@ -103,14 +94,16 @@ class Simulation:
         self._totals = np.zeros(output.TOTALS)
         self.state = build_state(scene, *models)
         self._states = states_of(self.state, models)
+        self._mount = Mount(scene, models[0].drive, self.state.motion)
         self._lengths = [(part, row.length)
                          for part, row in zip(rows_of(models), brush_rows(scene))]
         stepper = Stepper if models[0].drive.hub is None else DrivenStepper
         self._stepper = stepper(models, self._law, self._viscosity, self.state,
                                 accounting=energies, threads=threads)
         self._start: list[NDArray[np.float64] | NDArray[np.int64]] = []
-        self._to_start()
-        self._warm()
+        with compiling_ahead(scene):
+            self._to_start()
+            self._warm()
         self.compile_time = time.perf_counter() - began
 
     def __repr__(self) -> str:
@@ -285,28 +278,13 @@ class Simulation:
             renew_rates(now, drive, self.state.motion, self._scratch.basics)
 
     def _follow(self, topic: str, values: tuple[float, ...], now: float) -> None:
-        scene = self.scene
-        if topic == 'cmd_brush_speed':
-            self._ramp(SPEED, now, values[0], scene.drive.max_acceleration)
-        elif topic == 'cmd_mount':
+        if topic == 'cmd_mount':
             self._carry(values, now)
         elif topic == 'cmd_drive_torque':
             if self.model.drive.hub is not None:
                 jump_torque(self.model.drive.hub, self.state.motion, values[0])
-        elif topic == 'cmd_penetration':
-            if self.state.motion[APPROACHING]:
-                self.state.motion[PENETRATION:PENETRATION + RAMP] = (
-                    now, self._depth(now), self._depth(now), 0.0, 0.0, 0.0)
-                self.state.motion[APPROACHING] = 0.0
-            self._ramp(PENETRATION, now, values[0], scene.road.max_rate)
         else:
-            motion = self.state.motion
-            change = math.hypot(values[0] - ramp_at(motion, FORWARD, now)[0],
-                                values[1] - ramp_at(motion, LEFT, now)[0])
-            duration = change / scene.sweeper.max_acceleration
-            self._ramp(FORWARD, now, values[0], None, duration)
-            self._ramp(LEFT, now, values[1], None, duration)
-            self._ramp(YAW, now, values[2], scene.sweeper.max_yaw_acceleration)
+            self._mount.follow(topic, values, now)
 
     def _carry(self, values: tuple[float, ...], now: float) -> None:
         scene, state = self.scene, self.mount_state()
@@ -333,72 +311,27 @@ class Simulation:
     @property
     def carried(self) -> bool:
         """Whether the mount is carried: since the first cmd_mount."""
-        return is_carried(self.state.motion)
+        return self._mount.carried
 
     def mount_state(self) -> MountState:
         """Return where the mount is and how it moves, road axes."""
-        now, motion = self.step * self.its, self.state.motion
-        if self.carried:
-            return state_at(now, motion)
-        height, heading, forward, left = self.sweeper_motion()
-        yaw, (x, y) = ramp_at(motion, YAW, now)[0], self.scene.sweeper.mount_position
-        c, s = math.cos(heading), math.sin(heading)
-        forward, left = forward - yaw * y, left + yaw * x
-        rise = (approach_at(now, self.scene.road.penetration, self.scene.road.approach_time)
-                if motion[APPROACHING] else ramp_at(motion, PENETRATION, now))[1]
-        rotation, _ = tilted(heading, self.scene.road.attack_angle, self.scene.road.tilt_azimuth)
-        place = np.array((motion[MOVED], motion[MOVED + 1] + self.kerb_offset(), height))
-        return MountState(place, np.array((c * forward - s * left, s * forward + c * left, -rise)),
-                          rotation, yaw * rotation[2])
+        return self._mount.state(self.step * self.its)
 
     def mount_pose(self) -> Pose:
         """Return where a mount that is carried is."""
-        state = self.mount_state()
-        return Pose(state.position, state.rotation, quaternion_of(state.rotation),
-                    self.kerb_offset())
-
-    def _ramp(self, at: int, now: float, target: float, limit: float | None,
-              duration: float = 0.0) -> None:
-        motion = self.state.motion
-        value, _, integral = ramp_at(motion, at, now)
-        if limit is not None:
-            duration = abs(target - value) / limit
-        # whole steps: a kink inside a step would be missed, or taken for all of it
-        duration = math.ceil(duration / self.its - 1e-9) * self.its
-        slack = SLACK * self.its if duration else 0.0
-        motion[at:at + RAMP] = (now, value, target, duration, integral, slack)
-
-    def _depth(self, now: float) -> float:
-        road = self.scene.road
-        depth: float = approach_at(now, road.penetration, road.approach_time)[0]
-        return depth
+        return self._mount.pose(self.step * self.its)
 
     def sweeper_motion(self) -> tuple[float, float, float, float]:
         """Return (height of the mount [m], heading [rad], forward, left [m/s] of the base)."""
-        now, motion = self.step * self.its, self.state.motion
-        depth = (self._depth(now) if motion[APPROACHING]
-                 else ramp_at(motion, PENETRATION, now)[0])
-        return (self.model.drive.tip_depth - depth, ramp_at(motion, YAW, now)[2],
-                ramp_at(motion, FORWARD, now)[0], ramp_at(motion, LEFT, now)[0])
+        return self._mount.sweeper(self.step * self.its)
 
     def kerb_offset(self) -> float:
         """Return how much further away than `gutter.kerb_distance` the gutter still is [m]."""
-        offset: float = kerb_offset(self.step * self.its, self.model.drive)[0]
-        return offset
+        return self._mount.kerb_offset(self.step * self.its)
 
     def base_pose(self) -> tuple[float, float, float]:
         """Return x, y [m], heading [rad] of the sweeper's base; of a mount that is carried."""
-        now, motion = self.step * self.its, self.state.motion
-        if self.carried:
-            state = self.mount_state()
-            x, y, _ = state.position.tolist()
-            _, _, turn, whole = quaternion_of(state.rotation)
-            return x, y, 2.0 * math.atan2(turn, whole)     # about z, whatever the tilt
-        heading = ramp_at(motion, YAW, now)[2]
-        c, s = math.cos(heading), math.sin(heading)
-        x, y = self.scene.sweeper.mount_position
-        return (float(motion[MOVED]) - (c * x - s * y),
-                float(motion[MOVED + 1]) - (s * x + c * y) + self.kerb_offset(), heading)
+        return self._mount.base_pose(self.step * self.its)
 
     def _observe(self) -> None:
         observe_rows(self.models, self._states, self._law, self._viscosity, self._scratch,

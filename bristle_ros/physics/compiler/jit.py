@@ -127,6 +127,13 @@ class _Checked(FunctionCache):
 
         file._dump, file._load_data = dump_checked, load_checked
 
+    def names(self, sig, codegen):
+        """Whether a file of this kernel is said to be there."""
+        try:
+            return self._index_key(sig, codegen) in self._cache_file._load_index()
+        except Exception:   # whatever unpickling makes of garbage
+            return False
+
 
 class _InRoom(InTreeCacheLocator):
     """Keeps a kernel in a folder of its room's name: wherever the package is installed."""
@@ -187,6 +194,11 @@ class _Cache(_Checked):
     def __init__(self, function):
         super().__init__(function)
         self._shipped = _Shipped(function) if SHIPPED.is_dir() else None
+
+    def names(self, sig, codegen):
+        """Whether a file of this kernel is said to be there, in the package or the cache."""
+        return super().names(sig, codegen) or bool(
+            self._shipped and self._shipped.names(sig, codegen))
 
     def load_overload(self, sig, target_context):
         """Return what is cached, or None to have it compiled."""

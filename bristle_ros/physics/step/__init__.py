@@ -8,6 +8,7 @@ from .equilibrium import settle
 from .newton import (AT_FINEST, CLAMP_INSIDE, COUNTS, FACTORISATIONS, FAILURES, NEWTON,
                      NO_CONVERGENCE, NOT_FINITE, SINGULAR_MATRIX, SPLIT, SUBSTEPS, TOO_MANY_POINTS,
                      UNFINISHED)
+from .parts import parts_of_step
 from .records import Model, Room, Scratch, State, Turn
 from .scheme import generalized_alpha, hht, newmark, Scheme
 from .start import initialise
