@@ -5,7 +5,7 @@ The compiler holds a lock, so that threads would wait for each other. Another pr
 parts of a step, and leaves them in the cache, while this one compiles the rest: whoever comes to
 a part first compiles it. What is compiled does not depend on who does it.
 """
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import json
 import os
@@ -20,6 +20,8 @@ from bristle_ros.scene import from_parameters, Scene, to_parameters, with_conten
 from .model import (build_models, build_state, contact_law, new_scratch, touches_anywhere,
                     viscosity_of)
 
+_known: set[object] = set()     # kinds of scenes that this process has looked up
+
 HELPING = 'BRISTLE_ROS_COMPILING_AHEAD'     # in the environment of the other process
 PROGRAM = 'from bristle_ros.simulation.ahead import main; main()'
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -33,6 +35,15 @@ def parts_of(scene: Scene) -> list[Call]:
                          new_scratch(models[0], touches_anywhere(scene)))
 
 
+def _is_new(scene: Scene) -> bool:
+    """Whether a scene may need functions that none of this process has needed."""
+    kind = tuple(bool(value) if isinstance(value, (float, list)) else value
+                 for value in to_parameters(scene).values())
+    new = kind not in _known
+    _known.add(kind)
+    return new
+
+
 def _has_room() -> bool:
     """Whether a core is free for another process."""
     cores = len(os.sched_getaffinity(0))
@@ -40,10 +51,14 @@ def _has_room() -> bool:
 
 
 @contextmanager
-def compiling_ahead(scene: Scene) -> Iterator[None]:
-    """Have another process compile, while the block does, what both are going to need."""
+def compiling_ahead(scene: Scene, parts: Callable[[], list[Call]]) -> Iterator[None]:
+    """
+    Have another process compile, while the block does, what both are going to need.
+
+    parts : returns what `parts_of` would
+    """
     helper = None
-    if _has_room() and not all(map(is_cached, parts_of(scene))):
+    if _is_new(scene) and _has_room() and not all(map(is_cached, parts())):
         helper = _start(scene)
     try:
         yield
