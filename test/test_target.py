@@ -14,7 +14,7 @@ import sys
 sys.path.insert(0, sys.argv[1])
 import bristle_ros.physics.motion.drive as drive
 print(sum(drive.profile_at(0.01, drive.SINE, 0.5, 9.0, 0.08)),
-      *map(len, drive.profile_at.stats[1:]), drive.__file__)
+      *map(len, drive.profile_at.called.stats[1:]), drive.__file__)
 """
 
 

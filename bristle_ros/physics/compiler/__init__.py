@@ -2,5 +2,5 @@
 # flake8: noqa: F401  what other rooms may use
 from .jit import CompilerRefused, inlined, jit
 from .lanes import load4, load8, splat4, store4, store8, with_first4
-from .precompile import Call, compile_for, is_cached, plain
+from .precompile import Call, called, compile_for, is_cached, plain
 from .work_queue import take

@@ -7,7 +7,7 @@ what is gone.
 """
 import contextlib
 import fcntl
-from functools import cache
+import functools
 import hashlib
 import os
 from pathlib import Path
@@ -37,7 +37,8 @@ _check_threads()
 import llvmlite  # noqa: E402
 import numba  # noqa: E402  what it finds in the environment is checked before
 from numba.core.caching import (CompileResultCacheImpl, FunctionCache,  # noqa: E402
-                                InTreeCacheLocator)
+                                InTreeCacheLocator, IndexDataCacheFile)
+from numba.core.registry import CPUDispatcher  # noqa: E402
 
 if target() in LEVELS and 'NUMBA_CPU_FEATURES' not in os.environ:
     numba.config.CPU_NAME = target()  # type: ignore[attr-defined]
@@ -88,12 +89,12 @@ SHIPPED = Path(__file__).resolve().parents[2] / 'kernels' / CONTENT     # read o
 # error_model: the division check of Python is a branch, and a branch stops the vectoriser.
 # _nrt: no reference counts, which took a tenth of a step; an allocation does not even compile.
 _OPTIONS: dict[str, Any] = {'error_model': 'numpy', '_nrt': False}
-# no_cfunc_wrapper: nobody calls kernels through C, and each wrapper takes its share of compiling
-_compiled = numba.njit(nogil=True, no_cfunc_wrapper=True,
-                       fastmath={'contract', 'nsz', 'arcp'}, **_OPTIONS)
+# Wrappers take their share of compiling: nobody calls kernels through C, and few from Python.
+_compiled = functools.partial(numba.njit, nogil=True, no_cfunc_wrapper=True,
+                              fastmath={'contract', 'nsz', 'arcp'}, **_OPTIONS)
 
 
-@cache
+@functools.cache
 def _tell(text, folder):
     """Say what is the matter with the kernels in a folder, once for all of them."""
     _say(f'the cache of compiled kernels in {folder} {text}')
@@ -110,9 +111,10 @@ class _Checked(FunctionCache):
     Zeros in the middle of machine code would be run.
     """
 
-    def __init__(self, function):
+    def __init__(self, function, mark):
         super().__init__(function)
-        file = self._cache_file
+        self._cache_file = file = IndexDataCacheFile(
+            self._cache_path, self._impl.filename_base + mark, self._cache_file._source_stamp)
         dump, load = file._dump, file._load_data
 
         def dump_checked(entry):
@@ -191,9 +193,9 @@ class _Cache(_Checked):
     _impl_class = _UserFiles
     _writable = True
 
-    def __init__(self, function):
-        super().__init__(function)
-        self._shipped = _Shipped(function) if SHIPPED.is_dir() else None
+    def __init__(self, function, mark):
+        super().__init__(function, mark)
+        self._shipped = _Shipped(function, mark) if SHIPPED.is_dir() else None
 
     def names(self, sig, codegen):
         """Whether a file of this kernel is said to be there, in the package or the cache."""
@@ -243,15 +245,39 @@ class _Cache(_Checked):
             yield
 
 
+class Kernel(CPUDispatcher):
+    """
+    A kernel as other kernels call it; Python calls `called`, which is compiled when it first does.
+
+    To hand records over from Python takes code for each of their fields, which all but a few
+    kernels never need: without it compiling takes two thirds.
+    """
+
+    @functools.cached_property
+    def called(self):
+        """What Python calls: a dispatcher of numba's."""
+        return _cached(_compiled()(self.py_func), '-called')
+
+    def __call__(self, *arguments):
+        """Run it; compile it first for such arguments."""
+        return self.called(*arguments)
+
+
+def _cached(dispatcher, mark=''):
+    if FOLDER:
+        dispatcher._cache = _Cache(dispatcher.py_func, mark)
+    elif SHIPPED.is_dir():
+        dispatcher._cache = _Shipped(dispatcher.py_func, mark)
+    return dispatcher
+
+
 def jit(function):
     """Compile a kernel; once for all values of its integer arguments, not for each constant."""
-    dispatcher = _compiled(function)
+    dispatcher = _compiled(no_cpython_wrapper=True)(function)
     if numba.config.DISABLE_JIT:
         return dispatcher
-    if FOLDER:
-        dispatcher._cache = _Cache(function)
-    elif SHIPPED.is_dir():
-        dispatcher._cache = _Shipped(function)
+    dispatcher.__class__ = Kernel
+    _cached(dispatcher)
     resolve = dispatcher.get_call_template
 
     def get_call_template(args, kws):

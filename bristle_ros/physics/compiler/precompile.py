@@ -8,6 +8,11 @@ from numba.core.registry import cpu_target
 Call: TypeAlias = tuple[Any, tuple[Any, ...]]
 
 
+def called(kernel: Any) -> Any:
+    """Return the kernel that Python calls."""
+    return getattr(kernel, 'called', kernel)
+
+
 def plain(kernel: Any) -> Any:
     """Return the Python function of a kernel."""
     return getattr(kernel, 'py_func', kernel)

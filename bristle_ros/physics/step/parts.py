@@ -1,5 +1,5 @@
 """Parts of a step that can be compiled by themselves: about half of what there is to compile."""
-from bristle_ros.physics.compiler import Call, plain
+from bristle_ros.physics.compiler import Call, called, plain
 from bristle_ros.physics.contact import ContactLaw
 from bristle_ros.physics.wire import factorise
 import numpy as np
@@ -19,7 +19,7 @@ def parts_of_step(model: Model, law: ContactLaw | None, viscosity: float | None,
     """
     bristle = plain(bristle_of)(model, state, 0)
     step = plain(step_coefficients)(model.scheme, model.mass_damping, viscosity, model.its)
-    seen = (output.observe, (model, law, viscosity, state, scratch,
+    seen = (called(output.observe), (model, law, viscosity, state, scratch,
                              np.zeros((1, output.BRISTLE_COLUMNS)), np.zeros(output.TOTALS)))
     if law is None or law.wire is None:
         return [(factorise, (bristle.nodes, model.elements, model.section, step,

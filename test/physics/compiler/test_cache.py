@@ -9,7 +9,7 @@ import pytest
 # The smallest program that loads a kernel, or compiles it.
 PROGRAM = """
 from bristle_ros.physics.motion.drive import profile_at, SINE
-print(sum(profile_at(0.01, SINE, 0.5, 9.0, 0.08)), *map(len, profile_at.stats[1:]))
+print(sum(profile_at(0.01, SINE, 0.5, 9.0, 0.08)), *map(len, profile_at.called.stats[1:]))
 """
 
 

@@ -11,7 +11,8 @@ from bristle_ros.physics.compiler.jit import _Cache, _OPTIONS, FOLDER
 from bristle_ros.physics.motion.drive import profile_at
 from llvmlite import ir
 import numba
-from numba.core import caching, types
+from numba.core import caching, options, types
+from numba.core.registry import CPUDispatcher
 from numba.core.typing import templates
 import numba.extending
 import pytest
@@ -28,6 +29,8 @@ HOOKS = [
     (caching.IndexDataCacheFile, '_data_path', 'jit.py: where the content is'),
     (caching.CompileResultCacheImpl, '_locator_classes', 'jit.py: where code is kept'),
     (caching.InTreeCacheLocator, 'get_cache_path', 'jit.py: a folder for each content'),
+    (options.DefaultOptions, 'no_cpython_wrapper', 'jit.py: kernels that Python does not call'),
+    (options.DefaultOptions, 'no_cfunc_wrapper', 'jit.py: and C neither'),
     (numba.config, 'CPU_NAME', 'jit.py: code for a level of x86-64'),
     (numba.config, 'CPU_FEATURES', 'jit.py: and for nothing beyond'),
     (numba.config, 'DISABLE_JIT', 'jit.py, lanes.py, work_queue.py: kernels as plain Python'),
@@ -63,6 +66,8 @@ def test_what_a_kernel_has_of_numba():
         assert hasattr(cache._cache_file, name), (
             f'the cache file of numba {numba.__version__} has no {name} (tested with {TESTED})')
     assert isinstance(profile_at._cache, _Cache), 'kernels have the cache of jit.py'
+    assert isinstance(profile_at.called._cache, _Cache), 'and so has what Python calls'
+    assert type(profile_at.called) is CPUDispatcher, 'which is a dispatcher as numba makes it'
     assert Path(profile_at._cache.cache_path).is_relative_to(FOLDER), (
         '_cache_path of a locator still decides where code is kept')
 
