@@ -13,10 +13,10 @@ class Part(NamedTuple):
 
 
 PARTS = {
-    'precision': Part('precision.measure', 'precision.show', 25, 120),
-    'road': Part('road.measure', 'road.show', 25, 400),
+    'precision': Part('precision.measure', 'precision.show', 25, 300),
+    'road': Part('road.measure', 'road.show', 25, 600),
     'estimate': Part('precision.estimate', 'precision.estimate', 6, 40),
-    'peers': Part('peers.comparison', 'peers.show', 1, 900),
+    'peers': Part('peers.comparison', 'peers.show', 1, 500),
     'stability': Part('stability.campaign', 'stability.show', 25, 500),
     'cost': Part('lean.measure', 'lean.show', 20, 120),
     'paper': Part('paper.measure', 'paper.show', 25, 400),
