@@ -43,11 +43,11 @@ def warned(scene, duration, overrides=None, **arguments):
     ('not settled', 'cutting_brush', 0.24, SIX, 'means of 0.2 to 0.24 s'),
     ('sub-stepped', 'cutting_brush', 0.6, {**SIX, **LONG_STEPS}, 'of 300 fixed steps'),
     ('finest sub-steps', 'tilted_sweep', 1.0, HARD, 'of 10 steps'),
-    # an undamped midpoint rule on a nonlinear wire, after impacts
-    ('energy from nowhere', 'tilted_sweep', 0.4, {
-        'solver.spectral_radius': 1.0, 'contact.normal_stiffness': 1e7, 'friction.static': 1.0,
-        'friction.kinetic': 0.5, 'sweeper.velocity': [1.5, 0.0], 'bristle.yield_stress': 0.0,
-        'solver.step': 'adaptive'}, 'the energy accounts gained'),
+    # an undamped midpoint rule on a nonlinear wire; in free flight, where no impact decides what
+    # a processor's last bit makes of it
+    ('energy from nowhere', 'free_rotation', 0.5, {
+        **SIX, 'solver.spectral_radius': 1.0, 'drive.mean_speed': 150.0, 'solver.step': 'adaptive',
+        'bristle.yield_stress': 0.0}, 'the energy accounts gained'),
     ('few elements', 'cutting_brush', 0.6, {'solver.elements': 5}, 'solver.elements = 5'),
     ])
 def test_each_warning_comes_alone(kind, scene, duration, overrides, said):
