@@ -190,6 +190,16 @@ def presets():
               'converged run of 24 elements at 10 us: tip path of the first wire, impulse per',
               '5 ms of all wires together, means of the normal force and the torque from '
               f'{kept["means_from"]:g} s on.', '']
+    apart = [row['scene'] for row in kept['rows']
+             if row['preset'] == 'reference' and row['impulse'] > 1.0]
+    if apart:
+        lines[-1:] = [f'In {", ".join(apart)} not even `reference` has the impulses within 1 %: '
+                      'nothing there repeats in detail.', '']
+    disturbed = sum(row['disturbed'] for row in kept['rows'])
+    if disturbed:
+        count = kept['repeats'] * len(kept['rows'])
+        lines[-1:] = [f'{disturbed} of {count} timings were disturbed by other work on the '
+                      'machine: compare paces within a scene.', '']
     lines += table(('scene', 'preset', 'path', 'impulse', 'mean force', 'mean torque',
                     'times real time'), [
         (f'`{row["scene"]}`', row['preset'], *(f'{row[name]:g}' for name in (
