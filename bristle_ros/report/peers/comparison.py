@@ -20,7 +20,7 @@ from . import exudyn as peers_exudyn, mujoco as peers_mujoco
 from .scenes import our_scene, peer_scene
 
 LEVELS = (1.0, 0.3, 0.1)    # [%] at which costs are compared
-START_ANGLES = 1e-6 * np.linspace(-1.0, 1.0, 10)    # [rad] S4 is run from each and averaged
+START_ANGLES = 1e-6 * np.linspace(-1.0, 1.0, 6)    # [rad] S4 is run from each and averaged
 LONGEST = 6.5       # [s] of wall time: what takes longer is run once, for its error, not timed
 PEERS = {'exudyn': peers_exudyn, 'mujoco': peers_mujoco}
 
@@ -33,8 +33,8 @@ MUJOCO = ((8, 1e-3), (8, 2e-4), (8, 1e-4), (12, 5e-5), (16, 2e-5), (24, 1e-5), (
 MUJOCO_DAMPED = ((6, 1e-3), (8, 1e-3), (8, 5e-4), (12, 2e-4), (16, 1e-4), (24, 2e-5), (32, 1e-5))
 # With contact what is compared is the impulse, and steps have to be shorter.
 OURS_CONTACT = ((6, 5e-4), (8, 2e-4), (12, 2e-4), (12, 1e-4), (12, 5e-5), (12, 2e-5))
-EXUDYN_CONTACT = ((12, 2e-4), (12, 5e-5), (24, 1e-4), (24, 5e-5))
-MUJOCO_CONTACT = ((12, 5e-5), (12, 2e-5), (24, 1e-5), (24, 5e-6))
+EXUDYN_CONTACT = ((12, 2e-4), (12, 1e-4), (12, 5e-5), (24, 1e-4))
+MUJOCO_CONTACT = ((12, 5e-5), (12, 2e-5), (24, 1e-5))
 
 # On the road every node touches and what is compared is the path; converged runs, and the second.
 ROAD = {
@@ -135,13 +135,13 @@ def _recipe(program, scene, quick, second):
         return [(1.0, 24, 4e-5) if second else (1.0, 32, 2e-5)]
     if program == 'exudyn':
         if contact:
-            return [(1.0, 24, 4e-5 if second else 2e-5)]
+            return [(1.0, 24, 8e-5 if second else 4e-5)]
         coarse, fine = ((16, 5e-4), (32, 2.5e-4)) if quick else ((24, 2.5e-4), (48, 1.25e-4))
         if second:
             coarse, fine = ((12, 5e-4), (24, 2.5e-4)) if quick else ((16, 2.5e-4), (32, 1.25e-4))
         return [(4 / 3, *fine), (-1 / 3, *coarse)]
     if contact:
-        return [(1.0, 24, 4e-6 if second else 2e-6)]
+        return [(1.0, 24, 8e-6 if second else 4e-6)]
     few, many, step = (12, 24, 2e-5) if quick else (16, 32, 1e-5)
     if second:
         few, many, step = (8, 16, 4e-5) if quick else (12, 24, 2e-5)
