@@ -86,6 +86,20 @@ SERVICES = {
     '~/step': 'one chunk more, while paused',
     '~/reset': "back to the scene's start with the next chunk; simulation time goes on",
 }
+# Not of the node that is brought up here: where simulation_interfaces is installed; a test
+# compares these names with what is served then.
+STANDARD = {
+    '~/step_simulation': ('StepSimulation', '`steps` chunks (`run.chunk`), while paused'),
+    '~/reset_simulation': ('ResetSimulation', 'as `~/reset`, for `SCOPE_DEFAULT` and '
+                           '`SCOPE_STATE`; others are not supported, as time goes on'),
+    '~/set_simulation_state': ('SetSimulationState', 'playing and paused as `~/pause`; stopped is '
+                               'paused and reset with the next chunk'),
+    '~/get_simulation_state': ('GetSimulationState', 'playing, paused or stopped; paused while '
+                               'the node is not active'),
+    '~/get_simulator_features': ('GetSimulatorFeatures', 'which of all these there are'),
+    '~/get_entity_state': ('GetEntityState', 'of `brush_mount` and `brush`, at the end of the '
+                           'last chunk: pose and twist in axes of `road`; acceleration is NaN'),
+}
 ARRAYS = {
     't': ('n', 's', 'simulation time'),
     'theta': ('n', 'rad', 'angle of the brush'),
@@ -236,6 +250,12 @@ def main():
         lines += table(('name', 'type', 'meaning'),
                        [(f'`{name}`', names[name], meaning)
                         for name, meaning in with_meaning(names, meanings, title)])
+    lines += ['', '## Services of simulators', '',
+              'Where the package `simulation_interfaces` is installed; without it nothing of this '
+              'is there.', '']
+    lines += table(('name', 'type', 'meaning'),
+                   [(f'`{name}`', f'simulation_interfaces/srv/{type_}', meaning)
+                    for name, (type_, meaning) in STANDARD.items()])
     lines += ['', '## Parameters', '',
               'Keys of a scene file and parameters of the node alike. They can be set while the '
               'node is', 'unconfigured; after that, `run.real_time_factor` alone.', '']

@@ -9,10 +9,10 @@ from bristle_ros.scene import bristle_count, follows_mount, steps
 from bristle_ros.simulation import MeanWrench, MountPath, RunWatch, Simulation
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
-from std_srvs.srv import SetBool, Trigger
 
 from . import clocks as node_time, parameters as node_parameters
 from .commands import Commands
+from .control import Control
 from .events import Events
 from .run_warnings import RunWarnings
 from .topics import Outputs
@@ -63,9 +63,9 @@ class BrushNode(LifecycleNode):
         self.problem, self.quiet = None, False  # why configuring failed; whether others say so
         self._on_end, self._wall_ns = on_end, wall_ns
         self._driver = self._log = self._outputs = self._pacing = self._last = None
-        self._follower = self._commands = self._events = self._warnings = None
-        self._servers, self._stopping, self._opening = [], False, threading.Lock()
-        self._stepping, self._log_failed = False, False
+        self._follower = self._commands = self._events = self._warnings = self._control = None
+        self._stopping, self._opening = False, threading.Lock()
+        self._log_failed = False
         self._late_before = self._shed_before = self._step_before = 0
         self.normal_force, self.torque = [], []     # filled while `watched`
         self.watched = False
@@ -172,10 +172,7 @@ class BrushNode(LifecycleNode):
     def _release(self):
         self._hold()
         self._close_log()
-        for server in self._servers:
-            self.destroy_service(server)
-        self._servers = []
-        for part in (self._commands, self._follower):
+        for part in (self._control, self._commands, self._follower):
             if part:
                 part.destroy()
         if self._outputs:
@@ -183,7 +180,7 @@ class BrushNode(LifecycleNode):
         if self._events:
             self._events.destroy(self)
         self._commands = self._follower = self._outputs = self._events = self._warnings = None
-        self._driver = self._log = self._last = None
+        self._control = self._driver = self._log = self._last = None
         self._log_failed = False
         self._late_before = self._shed_before = self._step_before = 0
 
@@ -199,51 +196,17 @@ class BrushNode(LifecycleNode):
     def _resolve(self, name):
         return self.resolve_topic_name(name)
 
-    # Services.
-
     def _enter_graph(self):
         self._commands = Commands(
             self, self.scene.run, self._driver, active=lambda: self._pacing is not None,
             own_time=lambda: self._outputs.stamp(self._driver.total_step),
             origin=self._outputs.origin, wake=self._wake)
-        for type_, name, callback in ((SetBool, '~/pause', self._pause),
-                                      (Trigger, '~/step', self._step),
-                                      (Trigger, '~/reset', self._reset)):
-            self._servers.append(self.create_service(type_, name, callback))
+        self._control = Control(self, self._driver, self._outputs, pacing=lambda: self._pacing,
+                                look=self._look)
 
-    def _pause(self, request, response):
-        driver = self._driver
-        if request.data:
-            driver.pause()
-        else:
-            driver.resume()
-        self._wake()
-        if self._pacing:
-            self._pacing.settle()
-            self._outputs.tell_time(driver.total_step)  # what the limited rate held back
-        response.success = True
-        response.message = f'{"paused" if request.data else "running"} at {self._time()}'
-        return response
-
-    def _step(self, request, response):
-        if not self._pacing:
-            response.message = 'the node is not active'
-        elif not self._driver.paused:
-            response.message = 'not paused: call ~/pause first'
-        elif self._follows and self._driver.pace.time is None:
-            response.message = 'no /clock heard yet'
-        else:
-            self._stepping = True
-            response.success = self._pacing.step_once()
-            self._stepping = False
-            response.message = f'at {self._time()}'
-        return response
-
-    def _reset(self, request, response):
-        self._driver.reset()
-        response.success = True
-        response.message = f"back to the scene's start with the next chunk, from {self._time()} on"
-        return response
+    def _look(self):
+        """Return the last chunk and the stamp [ns] of its end, or None."""
+        return self._last and (self._last, self._outputs.stamp(self._last.last.step))
 
     def _time(self):
         return f'{self._driver.total_step * self._driver.its:.6f} s'
@@ -258,11 +221,11 @@ class BrushNode(LifecycleNode):
     def _deliver(self, chunk):
         """Publish and log a chunk; the pacing thread calls this."""
         driver = self._driver
-        snapshot = self._last = chunk.last
+        self._last, snapshot = chunk, chunk.last
         if self._follows:
             self._keep_origin(chunk)
         self._outputs.publish(snapshot, driver.simulation, driver.now(), chunk.mount,
-                              clock=self._stepping, wrench=chunk.wrench)
+                              clock=self._control.stepping, wrench=chunk.wrench)
         self._events.tell_all(chunk)
         if self._log and self._log.write(chunk):
             driver.late_chunks += 1  # it waited for the disk
@@ -311,7 +274,7 @@ class BrushNode(LifecycleNode):
             'real-time factor reached': f'{reached:.4f}',
             'late chunks': driver.late_chunks,
             'wall time given up [s]': f'{driver.shed * 1e-9:.3f}',
-            'estimated error': f'{last.error_estimate:.3g}' if last else '',
+            'estimated error': f'{last.last.error_estimate:.3g}' if last else '',
             'Newton failures': getattr(driver.simulation, 'newton_failures', 0),
             'log backlog': log.backlog if log else 0,
             'refused commands': driver.refused,

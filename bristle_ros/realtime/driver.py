@@ -149,11 +149,16 @@ class Driver:
     def next_deadline(self):
         """[ns] on the clock when the next chunk is due; None while only a call can change that."""
         with self._lock:
-            if self._lockstep and self._until + self.chunk not in self._ways:
+            if self.waits:
                 return None
             if self._single:
                 return self._clock()
             return None if self._paused else self.pace.deadline(self._total + self.chunk)
+
+    @property
+    def waits(self):
+        """Whether the next chunk cannot run before its cmd_mount has come, in lockstep."""
+        return self._lockstep and self._until + self.chunk not in self._ways
 
     def due(self):
         """Whether a chunk should run now."""

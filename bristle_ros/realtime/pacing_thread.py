@@ -34,6 +34,11 @@ class PacingThread:
         with self._busy:
             pass
 
+    def between_chunks(self, look):
+        """Return look(), called while no chunk runs."""
+        with self._busy:
+            return look()
+
     def step_once(self, limit=30.0):
         """Run one chunk of a paused driver; return whether it was delivered within `limit` [s]."""
         before, end = self._chunks, self._driver.now() + limit * 1e9
