@@ -37,7 +37,7 @@ OWNERS = {
     'yaml': ['scene.parameter_file', 'log.bag_metadata', 'study.plain_yaml'],
     'rclpy': ['node.*'],
     'mcap': ['log.file'],
-    'matplotlib': ['report.*', 'plot.*'],
+    'matplotlib': ['report.*', 'plot.*', 'view.video'],
     'rich': ['verbs.simulate', 'study.progress'],
     'viser': ['view.main', 'view.page'],
     'dask': ['study.cluster'],

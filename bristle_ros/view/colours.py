@@ -9,6 +9,9 @@ _TABLE = np.stack([np.interp(np.linspace(0.0, 1.0, 256), np.linspace(0.0, 1.0, l
 
 _LINEAR = np.round(255.0 * (np.arange(256) / 255.0) ** 2.2).astype(np.uint8)
 
+BRIGHT = 3.0    # means of what touches: where the scale ends
+SLOWLY = 0.05   # of a change of it is followed by each frame
+
 BRAND = (30, 110, 165)
 STEEL, UNKNOWN = (96, 125, 150), (90, 95, 100)
 BOARD, SHAFT, BOLT = (45, 55, 65), (120, 130, 138), (235, 175, 40)
@@ -20,6 +23,18 @@ ROAD, ROAD_DARK, ROAD_LINE = (206, 207, 208), (186, 188, 190), (226, 227, 228)
 def shade(values, largest):
     """Return the colours (n, 3) of values >= 0 on a scale that ends at `largest` > 0."""
     return _TABLE[np.clip(255.0 * values / largest, 0, 255).astype(np.uint8)]
+
+
+def scale_end(before, values):
+    """
+    Return where the scale ends for the values (n,) of a frame; `before`, or 0, for the one before.
+
+    It follows slowly: a single impact must not turn all others grey.
+    """
+    if not len(values):
+        return before
+    wanted = BRIGHT * float(values.mean())
+    return before + (SLOWLY if before else 1.0) * (wanted - before)
 
 
 def of_lines(colours):

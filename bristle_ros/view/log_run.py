@@ -99,31 +99,37 @@ class LogRun:
 
     def tell(self):
         """Simulate the log again, and send the frames."""
+        stride, batch = _stride(self._logged.scene, self._logged), []
         try:
-            Recording(self._path).from_start()
+            for made in frames(self._path, self._logged, stride):
+                batch.append(made)
+                if len(batch) == BATCH:
+                    self._connection.send((FRAMES_MADE, batch))
+                    batch = []
         except SceneError as error:
             self._connection.send((NOTE, f'wires are drawn straight: {error.problem}'))
-        else:
-            for batch in self._frames():
-                self._connection.send((FRAMES_MADE, batch))
-            self._connection.send((NOTE, ''))
+            return
+        self._connection.send((FRAMES_MADE, batch))
+        self._connection.send((NOTE, ''))
 
-    def _frames(self):
-        """Yield lists of (Frame, trail) up to the log's end, or to where the run ended."""
-        from bristle_ros.realtime import Driver
-        from bristle_ros.simulation import MountPath, Simulation
-        scene = self._logged.scene
-        driver = Driver(Simulation(scene), paced=False)
-        driver.mount = MountPath(scene)
-        driver.schedule([event for _, event in read_commands(self._path, driver.its)])
-        bristles, batch = tracked(bristle_count(scene)), []
-        for chunk in _chunks(driver, self._logged.duration, _stride(scene, self._logged)):
-            batch.append((frame_of(driver.simulation, chunk.last, chunk.mount),
-                          trail_of(chunk.last, chunk.mount, bristles)))
-            if len(batch) == BATCH:
-                yield batch
-                batch = []
-        yield batch
+
+def frames(path, logged, stride):
+    """
+    Simulate a log again; yield (Frame, trail) of every stride-th chunk up to its end.
+
+    Or up to where the run ended. Raises SceneError where the log does not begin at the start.
+    """
+    Recording(path).from_start()
+    from bristle_ros.realtime import Driver
+    from bristle_ros.simulation import MountPath, Simulation
+    scene = logged.scene
+    driver = Driver(Simulation(scene), paced=False)
+    driver.mount = MountPath(scene)
+    driver.schedule([event for _, event in read_commands(path, driver.its)])
+    bristles = tracked(bristle_count(scene))
+    for chunk in _chunks(driver, logged.duration, stride):
+        yield (frame_of(driver.simulation, chunk.last, chunk.mount),
+               trail_of(chunk.last, chunk.mount, bristles))
 
 
 def _stride(scene, logged):

@@ -12,6 +12,13 @@ DEFAULT = 'full_brush'
 def main(arguments):
     """Run the verb until Ctrl-C; return its exit code."""
     options = _options(arguments)
+    if options.video is not None:
+        if not _is_log(options.what):
+            raise SceneError('is no log, and of nothing else a video is made: simulate it into '
+                             'one first', key='--video', value=options.what)
+        from .video import film
+        film(options.what, options.video)
+        return 0
     try:
         import viser  # noqa: F401
     except ModuleNotFoundError:
@@ -46,6 +53,8 @@ def _options(arguments):
                         dest='overrides', help='override a key of the scene; may be given often')
     parser.add_argument('--node', metavar='NAME', help='show and command a running node, such as '
                         '/brush_node')
+    parser.add_argument('--video', metavar='FILE.mp4 | FOLDER', help='of a log: make a video '
+                        'instead of a page (wants ffmpeg), or a folder of PNGs')
     parser.add_argument('--port', type=int, default=8080, help='default: 8080')
     parser.add_argument('--host', default='127.0.0.1',
                         help='address to listen on; default: 127.0.0.1, this machine alone')
@@ -55,6 +64,9 @@ def _options(arguments):
     if options.node is not None and (options.what or options.overrides):
         raise SceneError('a node has its own scene: leave SCENE.yaml, LOG and -p out',
                          key='--node', value=options.node)
+    if options.video is not None and (options.overrides or not options.what):
+        raise SceneError('shows a log as it is: name one, and leave all else out', key='--video',
+                         value=options.video)
     return options
 
 

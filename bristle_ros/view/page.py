@@ -45,7 +45,7 @@ class Page:
         self._source = self._scene = self._stage = None
         self._lock = threading.Lock()   # held while the source is another one
         self._slow_due = 0.0
-        self._status = None
+        self._status = self._frame = None
 
     def start(self, chosen):
         """Show what is chosen; raises SceneError."""
@@ -62,6 +62,7 @@ class Page:
         self._scene = self._source.scene
         self._stage = Stage(self.server, self._scene) if self._scene is not None else None
         self._curves.window.clear()
+        self._frame = None
         self._panel.take(self._scene, name)
 
     def _close_source(self):
@@ -91,6 +92,7 @@ class Page:
             self._status = update.status
             if self._source.scene is not self._scene:   # a node has told it, or has another one
                 self._lay_out()
+            self._frame = update.frame or self._frame
             if self._stage is not None:
                 self._keep(update)
             slow = time.monotonic() >= self._slow_due
@@ -102,7 +104,8 @@ class Page:
                     self._stage.show(update.frame)
                 if slow:
                     self._slow_due = time.monotonic() + SLOW
-                    self._panel.show(update.status, self._stage.largest if self._stage else 0.0,
+                    self._panel.show(update.status, self._frame,
+                                     self._stage.largest if self._stage else 0.0,
                                      self._source.duration)
                     self._curves.draw()
 

@@ -7,30 +7,42 @@ from bristle_ros.scene import depth_refusal, SceneError
 from bristle_ros.simulation import CommandRefused
 
 from . import colours
+from .frame import rotation_of
 
 LIFT = 20.0     # [mm] above the road to which the slider lifts the brush
 DEEP = 80.0     # [mm] penetration at which it ends, where the wires are long enough
+TORQUES = 50.0  # [N m] up to which a torque is set, where the scene has no limit
 FORCE, STRESS = 'force on a wire', 'stress at its clamp'
 PLAY, PAUSE, RESUME, STEP, RESET = 'Play', 'Pause', 'Go on', 'One chunk', 'Reset'
 _STATES = {'compiling': '#8a6d00', 'running': '#1b7f3b', 'paused': '#666666', 'ended': '#b02020',
            'reading': '#8a6d00', 'playing': '#1b7f3b', 'waiting': '#8a6d00', 'gone': '#b02020'}
 
 
-SPEED, DEPTH, FORWARD, LEFT, TURNING = (
-    'brush speed [rad/s]', 'penetration [mm]', 'forward [m/s]', 'to the left [m/s]',
-    'turning [rad/s]')
+SPEED, DRIVE, DEPTH, FORWARD, LEFT, TURNING = (
+    'brush speed [rad/s]', 'drive torque [N m]', 'penetration [mm]', 'forward [m/s]',
+    'to the left [m/s]', 'turning [rad/s]')
 # Slider: (command, which of its values, what is shown per SI unit, step)
 _SLIDERS = {
-    SPEED: ('cmd_brush_speed', 0, 1.0, 0.1), DEPTH: ('cmd_penetration', 0, 1e3, 0.5),
+    SPEED: ('cmd_brush_speed', 0, 1.0, 0.1), DRIVE: ('cmd_drive_torque', 0, 1.0, 0.1),
+    DEPTH: ('cmd_penetration', 0, 1e3, 0.5),
     FORWARD: ('cmd_vel', 0, 1.0, 0.05), LEFT: ('cmd_vel', 1, 1.0, 0.05),
     TURNING: ('cmd_vel', 2, 1.0, 0.05)}
 
 
 def ranges_of(scene):
-    """Return (low, high, value at the start) of each slider of a scene, as they are shown."""
+    """
+    Return (low, high, value at the start) of each slider of a scene, as they are shown.
+
+    Where the speed is a result there is a torque to be set, and where the mount is carried nothing
+    else.
+    """
     drive, sweeper, road = scene.drive, scene.sweeper, scene.road
     speed = min(drive.max_speed, max(30.0, 2.0 * abs(drive.mean_speed)))
-    found = {SPEED: (-speed, speed, drive.mean_speed)}
+    most = drive.stall_torque or TORQUES
+    found = ({DRIVE: (-most, most, 0.0)} if drive.mode == 'torque' else
+             {SPEED: (-speed, speed, drive.mean_speed)})
+    if scene.run.carried:
+        return found
     if scene.contact.enabled:
         deepest, depth = DEEP, road.penetration * 1e3
         while depth_refusal(scene, deepest * 1e-3):
@@ -208,14 +220,15 @@ class Panel:
             '<div role="alert" style="color: #b02020; font-size: 13px; margin: 4px 8px">'
             f'{html.escape(text)}</div>')
 
-    def show(self, status, largest, duration):
+    def show(self, status, frame, largest, duration):
         """
-        Show a Status.
+        Show a Status, and of a Frame, or None, where the mount is.
 
         largest [N] or [Pa] : where the scale of colours ends; duration [s] : of a log, else None
         """
         scale = f'{largest * 1e-6:.3g} MPa' if self.by_stress else f'{largest:.2g} N'
-        self._status.content = _status_html(status, self._colour.value, scale if largest else '')
+        self._status.content = _status_html(
+            status, frame, self._colour.value, scale if largest else '')
         if self._time is not None and duration:
             self._time.max = duration
             self._time.value = min(status.t, duration)
@@ -228,12 +241,22 @@ def _number(label, text):
         raise SceneError('must be a number', key=label, value=text) from None
 
 
-def _status_html(status, coloured, largest):
+def _mount_html(frame):
+    """Return height, lean and heading of the mount over the road."""
+    rotation = rotation_of(frame.orientation)
+    lean = math.degrees(math.atan2(math.hypot(*rotation[:2, 2]), rotation[2, 2]))
+    heading = math.degrees(math.atan2(rotation[1, 0], rotation[0, 0]))
+    return (f'<span data-value="height">{frame.mount[2] * 1e3:.1f}</span> mm high, leaning '
+            f'{lean:.2f}&deg;, heading {heading:.1f}&deg;')
+
+
+def _status_html(status, frame, coloured, largest):
     """Return the state of a run in a few lines."""
     asked = 'as fast as it goes' if status.asked == 0.0 else f'asked {status.asked:.3g}'
     rows = [('time', f'{status.t:.2f} s'),
             ('brush', f'<span data-value="speed">{status.speed:.2f}</span> rad/s, '
                       f'{status.speed * 30.0 / math.pi:.1f} rpm'),
+            ('mount', _mount_html(frame) if frame is not None else ''),
             ('real-time factor', f'{status.reached:.2f}, {asked}'),
             ('late chunks', f'{status.late}' if status.late is not None else ''),
             ('local error', f'{status.error:.1e} lengths' if status.error is not None else '')]

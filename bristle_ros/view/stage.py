@@ -16,8 +16,6 @@ from .ground import put_ground
 
 FORCE_SCALE = 0.5       # [m/N] of arrows, the force of all wires that a bristle stands for
 LONGEST = 0.6           # and their greatest length, in lengths of a bristle
-BRIGHT = 3.0            # mean forces of the wires that touch: where the scale of colours ends
-SLOWLY = 0.05           # of a change of it is followed by each frame
 TRAIL = 100             # points of a trail, at most
 
 
@@ -85,7 +83,7 @@ class Stage:
         size = np.sqrt(np.einsum('ij,ij->i', frame.force, frame.force))
         if self.by_stress:
             size = np.zeros(len(line)) if frame.stress is None else frame.stress
-        self._scale_to(size[size > 0.0])
+        self.largest = colours.scale_end(self.largest, size[size > 0.0])
         shade = colours.of_lines(colours.shade(size, max(self.largest, 1e-9)) if frame.exact
                                  else np.tile(colours.UNKNOWN, (len(line), 1)))
         pairs = np.repeat(shade, 2 * (line.shape[1] - 1), axis=0).reshape(-1, 2, 3)
@@ -96,13 +94,6 @@ class Stage:
         else:
             self._wires.points = points
             self._wires.colors = pairs
-
-    def _scale_to(self, touching):
-        """Follow the forces, but slowly: a single impact must not turn all others grey."""
-        if len(touching):
-            wanted = BRIGHT * float(touching.mean())
-            follow = SLOWLY if self.largest else 1.0
-            self.largest += follow * (wanted - self.largest)
 
     def _show_forces(self, frame):
         wires = self._scene.brush.wires_per_bristle

@@ -22,6 +22,7 @@ from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 import numpy as np
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 try:
     from sweeper import HERE, Sweeper, WORKS
@@ -58,6 +59,8 @@ class Exchange(Node):
         self.brush, self.answers = brush, {}    # its process; stamp [ns] to the mean wrench
         self.way = self.create_publisher(Odometry, 'cmd_mount', 10)
         self.create_subscription(WrenchStamped, 'mount_wrench_mean', self.hear, 10)
+        self.spinner = SingleThreadedExecutor()
+        self.spinner.add_node(self)
 
     def hear(self, message):
         """Keep an answer."""
@@ -77,7 +80,7 @@ class Exchange(Node):
             if now > again:
                 self.way.publish(message)
                 again = now + 0.5
-            rclpy.spin_once(self, timeout_sec=0.1)
+            self.spinner.spin_once(timeout_sec=0.1)
         return self.answers.pop(stamp)
 
 

@@ -129,6 +129,20 @@ def test_a_scene_takes_all_that_its_sliders_give(root, name):
         check_command(scene, 'cmd_brush_speed', [1e6])
 
 
+def test_what_is_refused_has_no_slider():
+    """With a torque the speed is a result; a mount that is carried goes where it is told."""
+    drive = {'drive.profile': 'constant', 'drive.inertia': 0.05}
+    torque = from_parameters({**drive, 'drive.mode': 'torque', 'drive.stall_torque': 8.0}, 'test')
+    ranges = ranges_of(torque)
+    assert 'brush speed [rad/s]' not in ranges
+    assert ranges['drive torque [N m]'] == (-8.0, 8.0, 0.0)
+    check_command(torque, 'cmd_drive_torque', [8.0])
+    with pytest.raises(CommandRefused, match='speed is a result'):
+        check_command(torque, 'cmd_brush_speed', [1.0])
+    carried = from_parameters({**drive, 'run.carried': True}, 'test')
+    assert list(ranges_of(carried)) == ['brush speed [rad/s]']
+
+
 def test_trails_are_spread_evenly():
     assert tracked(5).tolist() == [0, 1, 2, 3, 4]
     assert set(np.diff(tracked(104))) == {8}

@@ -1,10 +1,13 @@
 """A running node on a page: what it publishes, commands through its topics and services."""
+import time
+
 from bristle_ros.simulation import CommandRefused
 from bristle_ros.view.from_node import NodeSource
 from bristle_ros.view.stage import tip_on_road
 from nodes import Brush, ROOT
 import numpy as np
 import pytest
+from std_msgs.msg import Float64
 from view.test_source import Page
 
 SCENE = (ROOT / 'test/small_brush.yaml').read_text()
@@ -50,3 +53,30 @@ def test_a_node_is_shown_and_obeys(scene, environment):
         page.until(lambda: page.status.state == 'running', 'its return')
         page.until(lambda: page.look().frame is not None, 'its wires')
     source.close()
+
+
+def test_of_two_senders_the_newest_wins(scene, user):
+    """Page and another node command in turn, then both at once; neither is left out for good."""
+    page = Page(NodeSource('brush_node'))
+    with Brush(scene, 'drive.max_acceleration:=1.0e9') as brush:
+        page.until(lambda: page.frame is not None and len(page.rows) > 20, 'frames')
+        other = user.publisher(Float64, 'cmd_brush_speed')
+        for own, theirs in ((7.0, 3.0), (6.5, -2.5)):
+            page.source.command('cmd_brush_speed', [own])
+            page.until(lambda own=own: page.status.speed == own, "the page's")
+            other.publish(Float64(data=theirs))
+            page.until(lambda theirs=theirs: page.status.speed == theirs, "the other's")
+        page.rows.clear()
+        for number in range(200):
+            page.source.command('cmd_brush_speed', [7.0 + 0.001 * number])
+            time.sleep(0.003)   # so that some chunks begin with each of them as the newest
+            other.publish(Float64(data=-7.0 - 0.001 * number))
+            time.sleep(0.003)
+        page.until(lambda: page.status.speed == pytest.approx(-7.199), 'the last of a burst')
+        speeds = page.column('omega')
+        assert (speeds > 6.9).any()
+        assert (speeds < -6.9).any()
+        other.publish(Float64(data=1.0))
+        page.until(lambda: page.status.speed == 1.0, 'the newest')
+        assert brush.end()[0] == 0
+    page.source.close()

@@ -14,12 +14,12 @@ SCENE = 'test/small_brush.yaml'
 class Server:
     """`view` in a process of its own, on one port whatever happens to it."""
 
-    def __init__(self):
-        self.port, self.process = free_port(), None
+    def __init__(self, *arguments):
+        self.port, self.process, self._arguments = free_port(), None, arguments
         self.url = f'http://127.0.0.1:{self.port}'
 
     def start(self):
-        self.process = view(SCENE, '--port', self.port)
+        self.process = view(SCENE, *self._arguments, '--port', self.port)
         assert self.url in self.process.stdout.readline()
 
     def end(self):
@@ -66,6 +66,7 @@ def test_a_page_commands_and_comes_back(server, browsers, width):
     browser.open(server.url)
     browser.until(lambda: browser.value('state') == 'running', 'the brush running')
     assert speed(browser) == 5.0
+    browser.until(lambda: 200.0 < float(browser.value('height')) < 230.0, 'the mount')
     slider = browser.until(browser.sliders, 'sliders')[0]
     browser.driver.execute_script('arguments[0].focus()', slider)
     for _ in range(10):
@@ -91,6 +92,28 @@ def test_a_page_commands_and_comes_back(server, browsers, width):
     browser.until(lambda: 0.1 < time_of(browser) != lost, 'the server, come back')
     assert browser.errors() == []
     assert browser.driver.find_elements(By.TAG_NAME, 'canvas')
+
+
+def test_a_torque_is_set_where_the_speed_is_a_result(browsers):
+    """Of a free brush: from 5 rad/s towards torque / loss = 20 rad/s."""
+    rules = ('contact.enabled:=false', 'drive.mode:=torque', 'drive.inertia:=0.05',
+             'drive.loss:=0.05', 'drive.stall_torque:=10.0')
+    server = Server(*(word for rule in rules for word in ('-p', rule)))
+    server.start()
+    try:
+        browser = browsers(1280, 900)
+        browser.open(server.url)
+        browser.until(lambda: browser.value('state') == 'running', 'the brush running')
+        assert 'drive torque [N m]' in browser.text()
+        assert 'brush speed [rad/s]' not in browser.text()
+        slider = browser.until(browser.sliders, 'sliders')[0]
+        browser.driver.execute_script('arguments[0].focus()', slider)
+        for _ in range(10):
+            slider.send_keys(Keys.ARROW_RIGHT)
+        browser.until(lambda: 15.0 < speed(browser) < 20.0, 'the speed that the torque gives')
+        assert browser.errors() == []
+    finally:
+        assert server.end() == (0, '')
 
 
 def test_pages_see_the_same_and_wrong_values_are_refused(server, browsers):
