@@ -1,4 +1,5 @@
 """Builds a package of ROS interfaces for Python, with the generators that ROS's wheels bring."""
+import os
 from pathlib import Path
 import shutil
 import subprocess
@@ -84,5 +85,6 @@ generate(package_name={source.name!r}, interface_files={files!r},
 
 
 def _run(*command):
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True,
+                          env={**os.environ, 'AMENT_PREFIX_PATH': str(PREFIX)})
     assert done.returncode == 0, f'{" ".join(map(str, command))}\n{done.stdout}{done.stderr}'
