@@ -120,7 +120,11 @@ def main(arguments):
     names = [name for name in PARTS if not options.only or name in options.only]
     results = {'format': files.FORMAT, 'about': _about(arguments, options), 'wanted': names,
                'parts': {}, 'seconds': {}}
-    interrupted = _measure(results, names, options)
+    fault = None
+    try:
+        interrupted = _measure(results, names, options)
+    except RuntimeError as error:   # of a part: what the others have measured is kept
+        interrupted, fault = True, error
     results = files.clean(results)
     files.write(folder / 'results.json', results)
     page = make_page(results, old)
@@ -128,6 +132,8 @@ def main(arguments):
     print(f'written: {path}, {len(page.tables)} tables and results.json beside it'
           + (f'; interrupted after {", ".join(results["parts"]) or "nothing"}' if interrupted
              else ''))
+    if fault:
+        raise fault
     if interrupted:
         return INTERRUPTED
     problems = problems_of(results)

@@ -25,7 +25,8 @@ def _kernels(simulation):
     ca, cv = 1.0 / (scheme.beta * STEP ** 2), scheme.gamma / (scheme.beta * STEP)
     frame = scratch.frames[2]
     own_frame(model, state.motion, model.azimuth[0], 0.1, scratch, frame)
-    clamp, step = frame[CLAMP:], StepCoefficients(STEP, ca, cv, 0.0, STEP, 1.0, ca, 0.5, 0.5)
+    clamp, step = frame[CLAMP:], StepCoefficients(
+        h=STEP, ca=ca, cv=cv, keep=0.0, drift=STEP, factor=1.0, mass_factor=ca, gain=0.5)
     kernels = {
         'eliminate': ('iteration', lambda s, blocks, elements: eliminate(
             s, elements, mids, chain)),
