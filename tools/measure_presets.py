@@ -16,7 +16,7 @@ import sys
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from bristle_ros.log import processor, provenance  # noqa: E402
+from bristle_ros.log import measured_on  # noqa: E402
 from bristle_ros.report.runs import timed, tip_error, whole_impulse_error  # noqa: E402
 from bristle_ros.report.timing import quartiles, Timed, timer  # noqa: E402
 from bristle_ros.scene import load, PRESETS  # noqa: E402
@@ -100,8 +100,7 @@ def main():
             rows += measure(name, clock)
             print(json.dumps(rows[-4:], indent=1), file=sys.stderr)
     print(json.dumps({'date': datetime.now(timezone.utc).strftime('%Y-%m-%d'),
-                      'machine': {'cpu': processor(), **provenance()},
-                      'repeats': options.repeats,
+                      'machine': measured_on(), 'repeats': options.repeats,
                       'duration': DURATION, 'means_from': SETTLED, 'rows': rows}, indent=1))
 
 

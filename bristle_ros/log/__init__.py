@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from .bag_metadata import PART as PART
     from .command_file import event_at as event_at, read_commands as read_commands
     from .head import head_of as head_of
-    from .machine import (differences as differences, processor as processor,
+    from .machine import (differences as differences, measured_on as measured_on,
                           provenance as provenance)
     from .reader import Attachment as Attachment, Message as Message
     from .recorded import in_order as in_order
@@ -22,7 +22,7 @@ __getattr__, __dir__ = lazily(__name__, {
     'bag_metadata': ['PART'],
     'command_file': ['event_at', 'read_commands'],
     'head': ['head_of'],
-    'machine': ['differences', 'processor', 'provenance'],
+    'machine': ['differences', 'measured_on', 'provenance'],
     'reader': ['Attachment', 'Message'],
     'recorded': ['in_order'],
     'recording': ['is_event', 'load_tolerance', 'logged_commands', 'Recording', 'scene_of'],

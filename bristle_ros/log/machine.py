@@ -16,7 +16,7 @@ def _package_version(name):
         return 'not installed'
 
 
-def processor():
+def _processor():
     """
     Return the processor's model and its vector instructions.
 
@@ -48,6 +48,11 @@ def provenance():
             **{name: _package_version(name) for name in _PACKAGES},
             'libc': ' '.join(platform.libc_ver()).strip() or 'unknown',  # its sine and cosine
             'python': platform.python_version()}
+
+
+def measured_on():
+    """Return what a time depends on, as text -> text: `cpu`, and what `provenance` says."""
+    return {'cpu': _processor(), **provenance()}
 
 
 def differences(logged, here):

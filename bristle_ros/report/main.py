@@ -6,7 +6,7 @@ import sys
 import time
 
 from bristle_ros.command_line import check_range, INTERRUPTED, Parser, StopSignals
-from bristle_ros.log import processor, provenance
+from bristle_ros.log import measured_on
 from bristle_ros.scene import SceneError
 
 from .parts import PARTS
@@ -72,7 +72,7 @@ def _about(arguments, options):
             'date': time.strftime('%Y-%m-%d %H:%M UTC', time.gmtime()), 'quick': options.quick,
             'repeats': options.repeats, 'drawn': options.drawn, 'seed': options.seed,
             'case_limit': options.case_limit, 'cores': os.cpu_count() or 1,
-            'machine': {'cpu': processor(), **provenance()}}
+            'machine': measured_on()}
 
 
 def _measure(results, names, options):

@@ -1,12 +1,9 @@
 """`solver.preset`: solver keys that go together, for those that a scene leaves out."""
+import math
 from typing import Any
 
-from .error import SceneError
+from .key import Key
 
-NAME = 'solver.preset'
-MEANING = ('fills keys of solver that are left out, when a scene is read: draft for means in a '
-           'hurry, standard, or reference to compare with; an error and a pace for each are in '
-           'the reference page')
 # What each costs and gives is measured by tools/measure_presets.py, into docs/presets.json.
 PRESETS: dict[str, dict[str, Any]] = {
     'draft': {'elements': 8, 'step': 'adaptive', 'integration_time_step': 1e-3,
@@ -16,14 +13,9 @@ PRESETS: dict[str, dict[str, Any]] = {
     'reference': {'elements': 24, 'step': 'fixed', 'integration_time_step': 2e-5,
                   'largest_error': 1e-8, 'tolerance': 1e-9},
 }
-
-
-def filled(solver: dict[str, Any], preset: object) -> dict[str, Any]:
-    """
-    Return the keys of solver, with those of a preset where they are left out.
-
-    Raises SceneError where there is no such preset.
-    """
-    if not isinstance(preset, str) or preset not in PRESETS:
-        raise SceneError(f'must be one of {", ".join(PRESETS)}', key=NAME, value=preset)
-    return {**PRESETS[preset], **solver}
+# of files and -p alone: a scene keeps what came of it
+PRESET = Key(
+    name='solver.preset', kind='str', default='', unit='', minimum=-math.inf, maximum=math.inf,
+    choices=tuple(PRESETS), description='fills keys of solver that are left out, when a scene is '
+    'read: draft for means in a hurry, standard, or reference to compare with; an error and a '
+    'pace for each are in the reference page')

@@ -18,7 +18,7 @@ from .key import Key, key_of, number
 from .machine import check_drive, check_mount
 from .names import full_name, matches, ros_arguments, split_override
 from .parameter_file import Entry, read_file, read_text
-from .presets import filled, MEANING, NAME as PRESET, PRESETS
+from .presets import PRESET, PRESETS
 from .rows import ONE_VALUE, tip_depth, widest
 from .sections import (Air, Bristle, Brush, Contact, Damping, Drive, Friction, Log, Mount, Road,
                        Run, SceneSection, Solver, Sweeper, WITH_TABLE)
@@ -193,6 +193,7 @@ _SECTIONS: dict[str, type[SceneSection]] = {
     name: kind for name, kind in get_type_hints(Scene).items()
     if isinstance(kind, type) and issubclass(kind, SceneSection)}
 _KEYS = _all_keys()
+_READ = {**_KEYS, PRESET.name: PRESET}     # what files and -p may have
 
 
 def keys() -> tuple[Key, ...]:
@@ -203,11 +204,10 @@ def keys() -> tuple[Key, ...]:
 def describe_keys() -> str:
     """Return the text of `scene --keys`: each key with default, unit, range and meaning."""
     lines = []
-    for key in keys():
+    for key in _READ.values():
         unit = f' [{key.unit}]' if key.unit not in ('', '1') else ''
         lines.append(f'{key.name}{unit}: {spell(key.default)}')
         lines.append(f'    {key.description}; {key.range}')
-    lines.append(f'{PRESET}:\n    {MEANING}; one of {", ".join(PRESETS)}')
     return '\n'.join(lines)
 
 
@@ -363,12 +363,12 @@ def _build(given: Given, source: str) -> Scene:
             raise SceneError('must be true or false', key=name, value=value, source=place)
         if name in _OF_EVERY_NODE or name.startswith('qos_overrides.'):
             continue
-        if name == PRESET or (value is None and name in _SECTIONS):
+        if value is None and name in _SECTIONS:
             continue  # rcl hands on `road: {}` as a parameter without a value
-        if name not in _KEYS:
+        if name not in _READ:
             raise SceneError(_nearest(name), key=name, value=value, source=place)
         try:
-            checked = _KEYS[name].check(value)
+            checked = _READ[name].check(value)
         except SceneError as error:
             raise error.at(place) from None
         if name in _FILES and isinstance(checked, str):
@@ -376,12 +376,8 @@ def _build(given: Given, source: str) -> Scene:
         section, _, leaf = name.rpartition('.')
         parts[section][leaf] = checked
     _check_table(parts['drive'], given)
-    if PRESET in given:
-        preset, place = given[PRESET]
-        try:
-            parts['solver'] = filled(parts['solver'], preset)
-        except SceneError as error:
-            raise error.at(place) from None
+    preset = parts['solver'].pop('preset', '')
+    parts['solver'] = {**PRESETS.get(preset, {}), **parts['solver']}
     try:
         sections: dict[str, Any] = {name: section(**parts[name])
                                     for name, section in _SECTIONS.items()}
@@ -403,6 +399,6 @@ def _nearest(name: str) -> str:
     if name in _SECTIONS:
         return f'is a section of keys, such as {_SECTIONS[name].keys()[0].name}'
     by_leaf = [key for key in _KEYS if key.rpartition('.')[2] == name.rpartition('.')[2]]
-    near = difflib.get_close_matches(name, [*_KEYS, PRESET], 1) or by_leaf
+    near = difflib.get_close_matches(name, _READ, 1) or by_leaf
     return f'unknown key, did you mean {near[0]}?' if near else (
         'unknown key: `python3 -m bristle_ros scene --keys` lists them all')

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 from bristle_ros.lazy import lazily
 
 if TYPE_CHECKING:
+    from .ahead import kind_of as kind_of
     from .commands import (check_command as check_command, CommandRefused as CommandRefused,
                            Values as Values, values_of as values_of)
     from .contacts import Contacts as Contacts, wire_contacts as wire_contacts
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from .surface import surface_of as surface_of
 
 __getattr__, __dir__ = lazily(__name__, {
+    'ahead': ['kind_of'],
     'commands': ['check_command', 'CommandRefused', 'Values', 'values_of'],
     'contacts': ['Contacts', 'wire_contacts'],
     'energy_balance': ['EnergyBalance', 'GAIN'],

@@ -5,9 +5,10 @@ The compiler holds a lock, so that threads would wait for each other. Another pr
 parts of a step, and leaves them in the cache, while this one compiles the rest: whoever comes to
 a part first compiles it. What is compiled does not depend on who does it.
 """
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 import json
+import math
 import os
 from pathlib import Path
 import subprocess
@@ -35,10 +36,19 @@ def parts_of(scene: Scene) -> list[Call]:
                          new_scratch(models[0], touches_anywhere(scene)))
 
 
+def kind_of(scene: Scene) -> tuple[object, ...]:
+    """
+    Return what decides which functions a scene needs, as a tuple that can be compared.
+
+    Its choices, and which of its numbers are zero or infinite.
+    """
+    return tuple((value == 0.0, math.isinf(value)) if isinstance(value, float) else str(value)
+                 for value in to_parameters(scene).values())
+
+
 def _is_new(scene: Scene) -> bool:
     """Whether a scene may need functions that none of this process has needed."""
-    kind = tuple(bool(value) if isinstance(value, (float, list)) else value
-                 for value in to_parameters(scene).values())
+    kind = kind_of(scene)
     new = kind not in _known
     _known.add(kind)
     return new
@@ -51,14 +61,10 @@ def _has_room() -> bool:
 
 
 @contextmanager
-def compiling_ahead(scene: Scene, parts: Callable[[], list[Call]]) -> Iterator[None]:
-    """
-    Have another process compile, while the block does, what both are going to need.
-
-    parts : returns what `parts_of` would
-    """
+def compiling_ahead(scene: Scene) -> Iterator[None]:
+    """Have another process compile, while the block does, what both are going to need."""
     helper = None
-    if _is_new(scene) and _has_room() and not all(map(is_cached, parts())):
+    if _is_new(scene) and _has_room() and not all(map(is_cached, parts_of(scene))):
         helper = _start(scene)
     try:
         yield

@@ -58,8 +58,9 @@ def check_command(scene: Scene, topic: str, given: Values) -> tuple[float, ...]:
     if not all(math.isfinite(value) for value in values):
         raise CommandRefused(f'{topic}: {values} is not finite')
     _check_drive(scene, topic, values[0])
-    if topic == 'cmd_mount' and carrying_refusal(scene):
-        raise CommandRefused(f'{topic}: {carrying_refusal(scene)}')
+    refusal = carrying_refusal(scene) if topic == 'cmd_mount' else ''
+    if refusal:
+        raise CommandRefused(f'{topic}: {refusal}')
     if topic == 'cmd_vel':
         if math.hypot(*values[:2]) > scene.sweeper.max_speed:
             raise CommandRefused(

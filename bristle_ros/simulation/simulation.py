@@ -9,8 +9,8 @@ from bristle_ros.physics.motion import (CARRY, DRIVE_WORK, HEIGHT, MOVED, renew_
                                         SEGMENT, split_load_step, TORQUE, TURNING)
 from bristle_ros.physics.step import (AT_FINEST, CLAMP_INSIDE, FAILURES, initialise, Model, NEWTON,
                                       NO_CONVERGENCE, NOT_FINITE, output, own_frame,
-                                      parts_of_step, SINGULAR_MATRIX, SPLIT, SUBSTEPS,
-                                      TOO_MANY_POINTS, UNFINISHED, WRENCH)
+                                      SINGULAR_MATRIX, SPLIT, SUBSTEPS, TOO_MANY_POINTS,
+                                      UNFINISHED, WRENCH)
 from bristle_ros.physics.wire import ELEMENTS, LANES, ROWS, X
 from bristle_ros.scene import brush_rows, Scene, spell, to_parameters
 import numpy as np
@@ -101,8 +101,7 @@ class Simulation:
         self._stepper = stepper(models, self._law, self._viscosity, self.state,
                                 accounting=energies, threads=threads)
         self._start: list[NDArray[np.float64] | NDArray[np.int64]] = []
-        with compiling_ahead(scene, lambda: parts_of_step(
-                models[0], self._law, self._viscosity, self._states[0], self._scratch)):
+        with compiling_ahead(scene):
             self._to_start()
             self._warm()
         self.compile_time = time.perf_counter() - began

@@ -1,13 +1,12 @@
 """One process of a machine compiles; the others wait and take what it left in the cache."""
 from contextlib import contextmanager, nullcontext
 import fcntl
-import math
 import os
 from pathlib import Path
 import tempfile
 import time
 
-from bristle_ros.scene import to_parameters
+from bristle_ros.simulation import kind_of
 
 PATIENCE = 300.0        # [s] for the one that compiles, which may have been stopped
 _compiled = set()       # kinds of scenes that this process has built
@@ -17,12 +16,9 @@ def one_compiles(scene):
     """
     Return a context in which to build a scene's simulation.
 
-    Which functions a scene needs depends on its choices and on which of its numbers are zero or
-    infinite; of scenes that are alike in that, the first is built by one process at a time.
+    Of scenes that need the same functions the first is built by one process at a time.
     """
-    kind = tuple(
-        (value == 0.0, math.isinf(value)) if isinstance(value, float) else str(value)
-        for key, value in to_parameters(scene).items() if not key.startswith(('run.', 'log.')))
+    kind = kind_of(scene)
     return nullcontext() if kind in _compiled else _alone(kind)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import re
 
 from bristle_ros import __version__
-from bristle_ros.log import processor, provenance
+from bristle_ros.log import measured_on
 from bristle_ros.scene import SceneError, spell
 import numpy as np
 import pyarrow
@@ -112,7 +112,7 @@ def begin(study, folder, *, resume):
     """
     folder = Path(folder)
     here = {'version': __version__, 'study': study.described(), 'batch': None,
-            'machine': {'cpu': processor(), **provenance()}, 'file': _text(study.source)}
+            'machine': measured_on(), 'file': _text(study.source)}
     there = check(study, folder, resume=resume)
     if there is not None:
         if there['study'] == here['study']:

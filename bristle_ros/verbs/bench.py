@@ -10,7 +10,7 @@ import sys
 import time
 
 from bristle_ros.command_line import add_scene, check_range, load_scene, Parser
-from bristle_ros.log import processor, provenance
+from bristle_ros.log import measured_on
 
 REPEATS = 5
 DURATION = 0.5          # [s] simulated in each repeat
@@ -117,6 +117,6 @@ def main(arguments):
     from bristle_ros.simulation import Simulation  # from here on the compiler is needed
     found = measure(Simulation(scene), options.duration, options.repeats)
     json.dump({'scene': options.scene, **found,
-               'machine': {'cpu': processor(), **provenance()}}, sys.stdout, indent=2)
+               'machine': measured_on()}, sys.stdout, indent=2)
     print()
     return 0

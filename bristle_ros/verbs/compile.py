@@ -38,9 +38,8 @@ def _parse(argv):
 
 def _choose(level):
     """Have kernels compiled for a level, which the processor must have: they are run once."""
-    order = [*reversed(LEVELS), level]
-    own = target()
-    if level is None or level == own:
+    own, order = target(), [*reversed(LEVELS)]
+    if level in (None, own):
         return
     if own not in LEVELS or order.index(level) > order.index(own):
         raise SceneError(f'this processor has {own}: take that, or a lower level', key='--target',

@@ -25,6 +25,13 @@ def shade(values, largest):
     return _TABLE[np.clip(255.0 * values / largest, 0, 255).astype(np.uint8)]
 
 
+def of_wires(values, largest, exact):
+    """Return the colours (n, 3) uint8 of wires by their values; one grey if they are guessed."""
+    if not exact:
+        return np.tile(np.array(UNKNOWN, np.uint8), (len(values), 1))
+    return shade(values, max(largest, 1e-9))
+
+
 def scale_end(before, values):
     """
     Return where the scale ends for the values (n,) of a frame; `before`, or 0, for the one before.

@@ -84,8 +84,7 @@ class Stage:
         if self.by_stress:
             size = np.zeros(len(line)) if frame.stress is None else frame.stress
         self.largest = colours.scale_end(self.largest, size[size > 0.0])
-        shade = colours.of_lines(colours.shade(size, max(self.largest, 1e-9)) if frame.exact
-                                 else np.tile(colours.UNKNOWN, (len(line), 1)))
+        shade = colours.of_lines(colours.of_wires(size, self.largest, frame.exact))
         pairs = np.repeat(shade, 2 * (line.shape[1] - 1), axis=0).reshape(-1, 2, 3)
         if self._wires is None or self._wires.points.shape != points.shape:
             thick = 1.2 * max(self._scene.bristle.breadth, 0.004 * self._longest)
@@ -96,16 +95,7 @@ class Stage:
             self._wires.colors = pairs
 
     def _show_forces(self, frame):
-        wires = self._scene.brush.wires_per_bristle
-        places, forces = (np.concatenate(parts) for parts in zip(
-            (frame.centreline[:, -1], frame.force), frame.beside))
-        size = wires * np.sqrt(np.einsum('ij,ij->i', forces, forces))
-        there = size > 0.0
-        longest = LONGEST * self._longest
-        scale = wires * FORCE_SCALE * np.minimum(
-            1.0, longest / np.maximum(FORCE_SCALE * size[there], 1e-30))
-        places = places[there]
-        points = np.stack((places, places + scale[:, None] * forces[there]), axis=1)
+        points = arrows_of(self._scene, frame)
         if self._arrows is None:
             if not len(points):
                 return
@@ -151,6 +141,19 @@ class Stage:
         for name in ('/mount', '/road', '/road_lines', '/trails'):
             if self._nodes.get_handle_by_name(name) is not None:
                 self._nodes.remove_by_name(name)
+
+
+def arrows_of(scene, frame):
+    """Return start and end of an arrow for each force of the road on a wire [m]: (n, 2, 3)."""
+    wires = scene.brush.wires_per_bristle
+    places, forces = (np.concatenate(parts) for parts in zip(
+        (frame.centreline[:, -1], frame.force), frame.beside))
+    size = wires * np.sqrt(np.einsum('ij,ij->i', forces, forces))
+    there = size > 0.0
+    scale = wires * FORCE_SCALE * np.minimum(
+        1.0, LONGEST * longest(scene) / np.maximum(FORCE_SCALE * size[there], 1e-30))
+    places = places[there]
+    return np.stack((places, places + scale[:, None] * forces[there]), axis=1)
 
 
 def tip_on_road(frame):

@@ -14,11 +14,10 @@ from . import colours
 from .frame import rotation_of, straight
 from .ground import grid, TILE
 from .log_run import frames, read, straight_frame
+from .stage import arrows_of, TRAIL
 
 RATE = 25.0         # [Hz] of pictures, about; a whole number of chunks apart
 SIZE, DPI = (12.8, 7.2), 100
-TRAIL = 100         # points of a trail
-ARROW = 0.5         # [m/N] of the force of all wires that a bristle stands for
 QUADS = 1500        # faces of a road that is not level
 SAID = 5.0          # [s] between lines that say how far it is
 
@@ -157,17 +156,9 @@ class Picture:
         line = above + frame.centreline @ rotation.T
         size = np.linalg.norm(frame.force, axis=1)
         self._largest = colours.scale_end(self._largest, size[size > 0.0])
-        shade = (colours.shade(size, max(self._largest, 1e-9)) if frame.exact
-                 else np.tile(colours.UNKNOWN, (len(line), 1)))
         self._wires.set_segments(line)
-        self._wires.set_colors(_rgb(shade))
-        places = np.concatenate((line[:, -1], above + frame.beside[0] @ rotation.T))
-        force = np.concatenate((frame.force, frame.beside[1])) @ rotation.T
-        arrows = ARROW * self._scene.brush.wires_per_bristle * force
-        longest = 0.6 * reach(self._scene)
-        arrows *= np.minimum(1.0, longest / np.maximum(
-            np.linalg.norm(arrows, axis=1, keepdims=True), 1e-30))
-        self._arrows.set_segments(np.stack((places, places + arrows), axis=1))
+        self._wires.set_colors(_rgb(colours.of_wires(size, self._largest, frame.exact)))
+        self._arrows.set_segments(above + arrows_of(self._scene, frame) @ rotation.T)
         around = np.linspace(0.0, 2.0 * np.pi, 48)
         disc = 1.06 * max(widest(self._scene), 0.02) * np.stack(
             (np.cos(around), np.sin(around), np.zeros(48)), axis=1)

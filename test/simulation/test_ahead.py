@@ -39,6 +39,7 @@ def test_it_is_started_where_a_core_is_free_and_something_is_missing(monkeypatch
     scene, started = from_parameters({}, 'test'), []
     monkeypatch.setattr(ahead, '_start', started.append)
     monkeypatch.delenv(ahead.HELPING, raising=False)
+    monkeypatch.setattr(ahead, 'parts_of', lambda scene: [()])
     monkeypatch.setattr(ahead, 'is_cached', lambda call: False)
     monkeypatch.setattr(os, 'sched_getaffinity', lambda process: {0, 1})
     cases = ((0.5, {}, 1), (1.5, {}, 0), (0.5, {ahead.HELPING: '1'}, 0))
@@ -49,7 +50,7 @@ def test_it_is_started_where_a_core_is_free_and_something_is_missing(monkeypatch
         started.clear()
         ahead._known.clear()
         for _ in range(2):      # the second time it is not asked
-            with ahead.compiling_ahead(scene, lambda: [()]):
+            with ahead.compiling_ahead(scene):
                 pass
         assert len(started) == count
 

@@ -49,10 +49,12 @@ def drawn(seed, count, duration=0.5, limit=20.0, builds=0):
         if starts_inside(scene):
             continue
         case = _with_surface(draw, _with_table(draw, case), base)
-        if len(seen) < builds:
-            seen.add(build_of(case.parameters))
-        if builds and build_of(case.parameters) not in seen:
-            continue
+        if builds:
+            build = build_of(case.parameters)
+            if len(seen) < builds:
+                seen.add(build)
+            if build not in seen:
+                continue
         its = case.parameters['solver.integration_time_step']
         case = case._replace(duration=min(round(case.duration / its), _most(case, limit)) * its)
         cases.append(_with_events(draw, case, base))
