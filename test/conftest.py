@@ -14,12 +14,18 @@ sys.path[:0] = [str(ROOT), str(ROOT / 'test')]  # the latter for what tests shar
 os.environ['PYTHONPATH'] = str(ROOT)
 # Nodes of other users of this machine's network must not be seen, nor ours by them.
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
-_domains = itertools.count(1 + os.getpid() % 90)
+# Processes that share the tests take turns with the numbers, so that their nodes never meet; the
+# fault campaign takes two at a time.
+_worker, _workers = (int(os.environ.get(name, default).removeprefix('gw'))
+                     for name, default in (('PYTEST_XDIST_WORKER', '0'),
+                                           ('PYTEST_XDIST_WORKER_COUNT', '1')))
+_numbers = range(1 + 2 * _worker, 100, 2 * _workers)
+_domains = itertools.islice(itertools.cycle(_numbers), os.getpid() % len(_numbers), None)
+os.environ['ROS_DOMAIN_ID'] = str(next(_domains))
 ABSENT = pytest.StashKey()     # tests left out -> the program that they need
-# Rooms whose tests start nodes or keep to the wall clock: one process runs them all, so that none
-# meets another's nodes; other tests stay together by their file.
-TOGETHER = ('command_line', 'log', 'node', 'realtime', 'verbs', 'view')
+# Rooms whose tests share something that takes long to make: one process runs them all; other tests
+# stay together by their file.
+TOGETHER = ('report', 'study')
 # Arithmetic that goes wrong in Python code is an error; compiled code answers with a status.
 np.seterr(divide='raise', over='raise', invalid='raise')
 
@@ -29,12 +35,13 @@ def pytest_addoption(parser):
                      help='a test that is skipped fails the run')
 
 
+@pytest.hookimpl(tryfirst=True)     # before pytest-xdist looks for groups
 def pytest_collection_modifyitems(config, items):
     """Leave out what needs a program that is not here, and say so: it must not pass for done."""
     for item in items:
         place = item.path.relative_to(ROOT / 'test')
-        alone = place.parts[0] in TOGETHER or len(place.parts) == 1
-        item.add_marker(pytest.mark.xdist_group('nodes' if alone else str(place)))
+        room = place.parts[0]
+        item.add_marker(pytest.mark.xdist_group(room if room in TOGETHER else str(place)))
     absent = {item.nodeid: mark.args[0] for item in items
               for mark in item.iter_markers('needs') if not mark.args[1]()}
     if not all(shutil.which(name) for name in ('chromium', 'chromedriver')):
