@@ -182,7 +182,8 @@ def _timing(axes, series):
             late.plot(timing.t, timing.delay, color=GREY, linewidth=0.8)
             late.set_ylabel('behind [s]', color=GREY)
             late.grid(False)
-        axes.legend(loc='upper right')      # inside: it is too long beside the title
+        # inside: it is too long beside the title; `largest` has the top
+        axes.legend(loc='center right', frameon=True, facecolor='white', edgecolor='none')
 
 
 def _moving_mean(t, values, width):

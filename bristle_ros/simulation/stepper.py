@@ -6,8 +6,8 @@ from typing import Any, TypeAlias
 
 from bristle_ros.physics.contact import ContactLaw
 from bristle_ros.physics.motion import keep_place
-from bristle_ros.physics.step import (advance, advance_alone, BATCH, fill_frames, Model,
-                                      Scratch, State, STRESS_MAX, STRESS_MIN)
+from bristle_ros.physics.step import (advance, BATCH, fill_frames, Model, Scratch, State,
+                                      STRESS_MAX, STRESS_MIN)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -88,8 +88,8 @@ class Stepper:
             self._run(0)
 
     def _alone(self, steps: int) -> int:
-        status: int = advance_alone(self.models[0], *self._features, self._state,
-                                    self._scratch[0][0], steps)
+        status: int = advance(self.models[0], *self._features, self._state, self._scratch[0][0],
+                              self._queues[0], steps, True)
         return status
 
     def forget(self) -> None:
@@ -163,7 +163,7 @@ class Stepper:
         for model, state, scratch, queue, first in zip(
                 self.models, self._states, scratches, self._queues, self._firsts):
             status = advance(model, law, viscosity, None if audit is None else state.audit, state,
-                             scratch, queue, steps)
+                             scratch, queue, steps, False)
             if status:
                 found.append((int(scratch.failed[1]), status, first + int(scratch.failed[2])))
         return min(found, default=None)

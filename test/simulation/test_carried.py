@@ -164,7 +164,7 @@ def test_wires_feel_what_they_feel_in_an_inertial_frame(carried):
             frame[CLAMP + 3:CLAMP + 7] = product(np.array((w, x, y, z)), model.clamp[3:])
             scratch.table[i] = frame
         queue[0] = 0
-        assert advance(model, law, viscosity, None, state, scratch, queue, 1) == 0
+        assert advance(model, law, viscosity, None, state, scratch, queue, 1, False) == 0
         state.step[0] += 1
         found.append(simulation.centreline_own()[0, -1].copy())
     np.testing.assert_array_equal(motion, state.motion)

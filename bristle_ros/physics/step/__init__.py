@@ -12,5 +12,5 @@ from .parts import parts_of_step
 from .records import Model, Room, Scratch, State, Turn
 from .scheme import generalized_alpha, hht, newmark, Scheme
 from .start import initialise
-from .stepping import advance, advance_alone, BATCH, fill_frames, FINEST, own_frame, PARTS
+from .stepping import advance, BATCH, fill_frames, FINEST, own_frame, PARTS
 from .stress import corner_factors

@@ -184,7 +184,7 @@ def attempt_share(model, law, viscosity, audit, state, scratch, turn, queue):
 
 @jit
 def advance_driven(model, law, viscosity, audit, state, scratch, turn, steps):
-    """Do what `advance_alone` does, for a brush whose drive feels its load; turn : Turn."""
+    """Advance one bristle alone, of a brush whose drive feels its load; turn : Turn."""
     for _ in range(steps):
         begin_turn(model, model.drive.hub, state.motion, turn.hub, state.step[0], scratch)
         status, stands = OK, False

@@ -201,47 +201,36 @@ def make_steps(model, law, viscosity, audit, state, scratch, number, steps):
 
 
 @jit
-def advance(model, law, viscosity, audit, state, scratch, queue, steps):
+def advance(model, law, viscosity, audit, state, scratch, queue, steps, alone):
     """
     Advance the bristles of a queue by `steps` steps in place, one after the other.
 
-    They know nothing of each other, so that threads may share a queue. Returns 0, or the status of
-    the first failure (in steps, then bristles), whose step, counted from here, and bristle are in
-    scratch.failed[1:]; state.step[0] stays for the caller to move.
+    They know nothing of each other, so that threads may share a queue. Frame records and
+    state.step[0] are the caller's, and steps are at most BATCH; but `alone`, the only bristle, has
+    them with it and takes any number of steps in one call: what it takes to hand the records over
+    outweighs a few. Returns 0, or the status of the first failure (in steps, then bristles), whose
+    step, counted from here, and bristle are in scratch.failed[1:].
     """
-    scratch.known[:steps * PARTS + 1] = 0
     worst = OK
-    bristle = take(queue)
-    while bristle < model.bristles:
-        status = make_steps(model, law, viscosity, audit, state, scratch, bristle, steps)
-        failed = scratch.failed
-        if status != OK and (worst == OK or failed[0] < failed[1] or (
-                failed[0] == failed[1] and bristle < failed[2])):
-            worst = status
-            failed[1] = failed[0]
-            failed[2] = bristle
-        bristle = take(queue)
-    return worst
-
-
-@jit
-def advance_alone(model, law, viscosity, audit, state, scratch, steps):
-    """
-    Advance the only bristle by any number of steps, frame records and state.step[0] with it.
-
-    One call: what it takes to hand the records over outweighs a few steps. Returns 0, or the
-    status of a failure, with the state at the start of the failed step.
-    """
-    while steps > 0:
+    while steps > 0 and worst == OK:
         batch = min(steps, BATCH)
-        fill_frames(model, law, state, scratch, batch)
+        if alone:
+            fill_frames(model, law, state, scratch, batch)
+            queue[0] = 0
         scratch.known[:batch * PARTS + 1] = 0
-        status = make_steps(model, law, viscosity, audit, state, scratch, 0, batch)
-        if status != OK:
-            batch = scratch.failed[0]
-        keep_place(scratch.table, state.motion, batch)
-        state.step[0] += batch
-        if status != OK:
-            return status
+        bristle = take(queue)
+        while bristle < model.bristles:
+            status = make_steps(model, law, viscosity, audit, state, scratch, bristle, batch)
+            failed = scratch.failed
+            if status != OK and (worst == OK or failed[0] < failed[1] or (
+                    failed[0] == failed[1] and bristle < failed[2])):
+                worst = status
+                failed[1] = failed[0]
+                failed[2] = bristle
+            bristle = take(queue)
+        if alone:
+            done = batch if worst == OK else scratch.failed[1]
+            keep_place(scratch.table, state.motion, done)
+            state.step[0] += done
         steps -= batch
-    return OK
+    return worst

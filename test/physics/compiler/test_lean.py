@@ -1,7 +1,7 @@
 """A scene's machine code holds nothing that the scene does not use: read from the code itself."""
 from pathlib import Path
 
-from bristle_ros.physics.step.stepping import advance_alone
+from bristle_ros.physics.step.stepping import advance
 from bristle_ros.simulation.simulation import Simulation
 from physics.scenes import bouncing_sweep, free_rotation
 import pytest
@@ -11,9 +11,9 @@ DAMPING = (b'predict_damping', b'accept_damping')
 
 
 def code_of(contact, damping):
-    """Return the cached code of `advance_alone` for scenes with or without these."""
-    found = [path.read_bytes() for path in Path(advance_alone._cache.cache_path).glob(
-        'stepping.advance_alone-*.nbc')]
+    """Return the cached code of `advance` for scenes with or without these."""
+    found = [path.read_bytes() for path in Path(advance._cache.cache_path).glob(
+        'stepping.advance-*.nbc')]
     return [code for code in found if (b'ContactLaw' in code) == contact
             and any(name in code for name in DAMPING) == damping]
 
