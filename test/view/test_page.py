@@ -117,7 +117,7 @@ def test_a_torque_is_set_where_the_speed_is_a_result(browsers):
 
 
 def test_pages_see_the_same_and_wrong_values_are_refused(server, browsers):
-    first, second, third = (browsers(600, 600) for _ in range(3))
+    first, second, third = (browsers(500, 500) for _ in range(3))
     for browser in (first, second, third):
         browser.open(server.url)
         browser.until(lambda shown=browser: shown.value('state') == 'running', 'the brush running')
