@@ -17,6 +17,7 @@ from .law import friction_coefficient, holding_force, normal_slope, SLIP, STICK,
 
 SLIP_ITERATIONS = 12
 EXACT = 1e-14       # change of the force at which it is found, relative
+OUTSIDE = 1e-6      # of the cone that rounding may leave the friction, where it all but sticks
 
 
 @jit
@@ -110,12 +111,14 @@ def slip_by_newton(law, h, w, gap0, base, force):
         if not f3 > 0.0:
             return UNSOLVED
         if abs(d1) + abs(d2) + abs(d3) <= EXACT * f3:
-            # a root of the equation, but r = 0 holds for slip along the friction as well
-            if f1 * s1 + f2 * s2 > 0.0 or _could_stick(law, w, base, f3):
-                return UNSOLVED
-            # on the cone to the last bit, where rounding left it a little outside
+            # a root of the equation, but r = 0 holds for slip along the friction as well, and
+            # where slip vanishes for any friction
             bound = mu * f3
             size = sqrt(f1 * f1 + f2 * f2)
+            if f1 * s1 + f2 * s2 > 0.0 or abs(size - bound) > OUTSIDE * bound + EXACT * f3 or (
+                    _could_stick(law, w, base, f3)):
+                return UNSOLVED
+            # on the cone to the last bit, where rounding left it a little outside
             if size > bound:
                 f1 *= bound / size
                 f2 *= bound / size

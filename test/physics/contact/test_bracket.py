@@ -188,3 +188,21 @@ def test_of_two_solutions_the_one_that_goes_on_is_found():
     assert sticking.normal == pytest.approx(8e-5 / 1.5e-5, rel=1e-6)
     fresh = Solution(law, 1e-4, w, 0.0, base)
     assert fresh.normal == pytest.approx(slipping.normal, rel=1e-6)
+
+
+def test_no_root_where_the_slip_vanishes_outside_the_cone():
+    """The equations of slip hold there for any friction; found by the campaign (2026.250)."""
+    law = ContactLaw(1e7, 0.0, 0.7, 0.27, 0.4)
+    w = np.array([
+        [4.073105849449792e-05, 4.00187635366382e-06, -2.443313181293566e-05],
+        [4.002200156356319e-06, 4.3164081888275805e-05, -2.06487324011545e-05],
+        [-2.4433280799874558e-05, -2.0648539862941883e-05, 2.512809549368232e-05]])
+    gap0 = -6.869677909859817e-08
+    base = np.array([3.05679481e-06, 2.54761719e-05, -1.44242194e-05])
+    # within a digit of the eighth all of these are the same problem
+    for shift in np.linspace(-1e-8, 1e-8, 41):
+        force = np.array([0.33692268, -0.30613274, 0.65111107])
+        moved = base * (1.0 + shift)
+        assert solve_contact(law, 1e-4, w, gap0, moved, SLIP, force) == SLIP
+        gap1 = moved[2] + w[2] @ force
+        assert force[2] == pytest.approx(normal_force(law, 1e-4, gap0, gap1), rel=1e-6)
