@@ -14,4 +14,4 @@ else
 fi
 echo "bristle_ros: running the tests, some minutes; the first time compiles as well" >&2
 # two processes; -n 0 for one, as a debugger wants it
-exec "$python" -m pytest --fail-on-skip -n 2 --dist loadgroup "$@"
+exec "$python" -m pytest --fail-on-skip -n 2 --dist loadgroup --no-loadscope-reorder "$@"

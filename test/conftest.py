@@ -26,6 +26,8 @@ ABSENT = pytest.StashKey()     # tests left out -> the program that they need
 # Rooms whose tests share something that takes long to make: one process runs them all; other tests
 # stay together by their file.
 TOGETHER = ('report', 'study')
+# Rooms with long tests, which go first: what is short fills the end of both processes.
+LONG = ('report', 'view', 'verbs', 'node', 'simulation', 'study', 'faults')
 # Arithmetic that goes wrong in Python code is an error; compiled code answers with a status.
 np.seterr(divide='raise', over='raise', invalid='raise')
 
@@ -38,9 +40,11 @@ def pytest_addoption(parser):
 @pytest.hookimpl(tryfirst=True)     # before pytest-xdist looks for groups
 def pytest_collection_modifyitems(config, items):
     """Leave out what needs a program that is not here, and say so: it must not pass for done."""
+    def room_of(item):
+        return item.path.relative_to(ROOT / 'test').parts[0]
+    items.sort(key=lambda item: (*LONG, room_of(item)).index(room_of(item)))
     for item in items:
-        place = item.path.relative_to(ROOT / 'test')
-        room = place.parts[0]
+        room, place = room_of(item), item.path.relative_to(ROOT / 'test')
         item.add_marker(pytest.mark.xdist_group(room if room in TOGETHER else str(place)))
     absent = {item.nodeid: mark.args[0] for item in items
               for mark in item.iter_markers('needs') if not mark.args[1]()}

@@ -113,10 +113,12 @@ def test_table_comes_back_from_parameters_and_file(tmp_path, monkeypatch):
 
 def test_commanded_speed_comes_on_top_of_the_table():
     """theta and omega of a run, with a command that ramps from 0 to 3 rad/s at 100 rad/s^2."""
-    overrides = {'contact.enabled': False, 'solver.elements': 2, 'drive.max_acceleration': 100.0}
+    overrides = {  # a road far below: kernels that the campaign's test needs as well
+        'gutter.enabled': True, 'road.penetration': -0.1, 'road.approach_time': 0.0,
+        'damping.stiffness': 1e-6, 'solver.elements': 2, 'drive.max_acceleration': 100.0}
     scene = from_parameters(TABLE | {'drive.file': RAMP} | overrides, 'here')
     arrays = simulate(scene, 0.08, sample=0.001, commands=[(0.02, 'cmd_brush_speed', [3.0])],
-                      arrays=['theta', 'omega'])
+                      arrays=['theta', 'omega', 'energy_kinetic'])
     t, speed = np.array([[0.0, 2.0], [0.01, 5.0], [0.03, 4.0], [0.05, 4.0]]).T
     wanted = scipys(t, speed)
     late = np.clip(arrays['t'] - 0.02, 0.0, None)

@@ -83,7 +83,7 @@ def test_air_sees_the_sweeper_the_heading_and_the_tilt():
     driven = stiff(brush__mount_orientation=0.4, drive__mean_speed=-8.0, solver__elements=6,
                    sweeper__velocity=(7.0, -3.0), road__attack_angle=0.3, road__tilt_azimuth=0.8,
                    brush__start_angle=1.1)
-    simulation = Simulation(driven)
+    simulation = Simulation(driven, energies=True)
     simulation.command('cmd_vel', [7.0, -3.0, 1.0])
     simulation.advance(300)
     snapshot = simulation.snapshot()
