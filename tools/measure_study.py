@@ -4,8 +4,9 @@ Measures what a study costs beside its runs: measure_study.py speed | rows | com
 
 speed: rows of about 0.1 s by bare simulate calls in a loop, in one process and in two, and by
 study with 1 and 2 workers; are the rows the same?
-rows: a study of N cheap rows (one turn of four elements, 600 steps of 1 ms); resident memory of
-client and workers, and rows a second, over time. CSV and a figure beside the study.
+rows: a study of N cheap rows (a free wire that oscillates: 4 elements, 500 steps of 1 ms);
+resident memory of client and workers, and rows a second, over time. CSV and a figure beside the
+study.
 compile: workers that begin together on an empty cache of kernels; how many of them compile?
 """
 import argparse
@@ -34,24 +35,24 @@ settle: 0.5
 sample: 1.0e-3
 """
 CHEAP = """scene: {scene}
-set: {{solver.integration_time_step: 1.0e-3, solver.elements: 4, road.approach_time: 0.1}}
+set: {{solver.integration_time_step: 1.0e-3, solver.elements: 4, damping.mass: 5.0}}
 vary:
-  road.penetration: {{from: 0.01, to: 0.03}}
-  drive.mean_speed: {{from: 10.0, to: 16.0}}
-  friction.kinetic: {{from: 0.2, to: 0.6}}
+  drive.mean_speed: {{from: 5.0, to: 16.0}}
+  drive.alternating_speed: {{from: 0.0, to: 2.0}}
+  drive.frequency: {{from: 2.0, to: 20.0}}
 design: sobol
 samples: {rows}
-duration: 0.75
+duration: 0.5
 settle: 0.1
-sample: 5.0e-3
+sample: 2.0e-2
 """
 
 
-def write(text, rows):
+def write(text, rows, scene='cutting_brush'):
     """Write a study file of so many rows; return its path."""
     folder = Path(tempfile.mkdtemp(prefix='measure-'))
     path = folder / 'study.yaml'
-    path.write_text(text.format(scene=ROOT / 'config/cutting_brush.yaml', rows=rows))
+    path.write_text(text.format(scene=ROOT / f'config/{scene}.yaml', rows=rows))
     return path
 
 
@@ -132,7 +133,7 @@ def compiling(workers):
 def memory(rows):
     """Print and draw the memory of a study's processes over time."""
     import psutil
-    path = write(CHEAP, rows)
+    path = write(CHEAP, rows, 'free_rotation')
     folder = path.with_name('study')
     process = subprocess.Popen([sys.executable, '-m', 'bristle_ros', 'study', str(path),
                                 '--output', str(folder), '--workers', '2'])
