@@ -43,7 +43,7 @@ def draw(axes, wanted, found, commands, said):
     axes.axvline(commands[0][-1], color='tab:red', linewidth=0.8, label='controller killed')
     axes.set(title=title, xlabel='t [s]', ylabel='force [N]',
              ylim=(min(0.0, 1.1 * np.quantile(forces, 0.01)), 1.2 * np.quantile(forces, 0.995)))
-    axes.legend(loc='lower right', fontsize='small')
+    axes.legend(loc='upper left', ncols=4, fontsize='small')
     other = axes.twinx()
     other.plot(*commands, color='tab:green', linewidth=1.0)
     other.set_ylabel(unit, color='tab:green')
