@@ -177,13 +177,15 @@ def _timing(axes, series):
         axes.axhline(timing.real_time, color=ACCENT, linestyle='--', linewidth=0.9,
                      label=f'real time (run: {1.0 / share:.3g} of it)'
                      + (f', {timing.told}' if timing.told else ''))
+        upper = axes
         if timing.told:     # a run that was paced
-            late = axes.twinx()
+            upper = late = axes.twinx()
             late.plot(timing.t, timing.delay, color=GREY, linewidth=0.8)
             late.set_ylabel('behind [s]', color=GREY)
             late.grid(False)
         # inside: it is too long beside the title; `largest` has the top
-        axes.legend(loc='center right', frameon=True, facecolor='white', edgecolor='none')
+        upper.legend(*axes.get_legend_handles_labels(), loc='center right', frameon=True,
+                     facecolor='white', edgecolor='none', framealpha=1.0)
 
 
 def _moving_mean(t, values, width):
