@@ -32,9 +32,9 @@ def sideways(log):
                      for entry in Recording(log).entries() if entry.name == 'cmd_vel']).T
 
 
-def draw(axes, wanted, found, commands, said):
-    """Draw force and its mean over said[2] [s] over time, and commands on axes of their own."""
-    (times, forces), (title, unit, width) = found, said
+def draw(axes, title, force, wanted, width, commands, label):
+    """Draw a force and its mean over `width` [s] over time, and commands on axes of their own."""
+    times, forces = force
     count = round(width / (times[1] - times[0]))
     axes.plot(times, forces, color='0.8', linewidth=0.5, label='each chunk')
     axes.plot(times[count - 1:], np.convolve(forces, np.full(count, 1.0 / count), 'valid'),
@@ -46,20 +46,20 @@ def draw(axes, wanted, found, commands, said):
     axes.legend(loc='upper left', ncols=4, fontsize='small')
     other = axes.twinx()
     other.plot(*commands, color='tab:green', linewidth=1.0)
-    other.set_ylabel(unit, color='tab:green')
+    other.set_ylabel(label, color='tab:green')
 
 
 def main(folder, file):
     """Draw both."""
     figure, (upper, lower) = plt.subplots(2, figsize=(8.0, 7.0), layout='constrained')
-    log = log_of(folder, 'test_the_force_is_found')
-    *force, commands = test_controllers.force_of(log)
-    draw(upper, test_controllers.WANTED, force, (commands[:, 0], 1e3 * commands[:, 1]),
-         ('hold_force.py: a lifted brush finds the road', 'commanded depth [mm]', 0.2))
+    *force, commands = test_controllers.force_of(log_of(folder, 'test_the_force_is_found'))
+    times, depths = commands.T
+    draw(upper, 'hold_force.py: a lifted brush finds the road', force,
+         test_controllers.WANTED, 0.2, (times, 1e3 * depths), 'commanded depth [mm]')
     log = log_of(folder, 'test_the_kerb_is_found')
-    draw(lower, test_follow_kerb.WANTED, test_follow_kerb.side_force(log)[:2],
-         np.array(sideways(log)) * [[1.0], [1e3]],
-         ('follow_kerb.py: side force along a kerb', 'commanded speed to the left [mm/s]', 0.5))
+    times, speeds = sideways(log)
+    draw(lower, 'follow_kerb.py: side force along a kerb', test_follow_kerb.side_force(log)[:2],
+         test_follow_kerb.WANTED, 0.5, (times, 1e3 * speeds), 'commanded speed to the left [mm/s]')
     figure.savefig(file, dpi=90)
 
 

@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 os.environ['PYTHONPATH'] = str(ROOT)
 
-LONG = """scene: {scene}
+LONG = """scene: {config}/cutting_brush.yaml
 set: {{solver.integration_time_step: 2.0e-4, solver.elements: 6}}
 vary:
   road.penetration: {{from: 0.01, to: 0.03}}
@@ -34,7 +34,7 @@ duration: 2.0
 settle: 0.5
 sample: 1.0e-3
 """
-CHEAP = """scene: {scene}
+CHEAP = """scene: {config}/free_rotation.yaml
 set: {{solver.integration_time_step: 1.0e-3, solver.elements: 4, damping.mass: 5.0}}
 vary:
   drive.mean_speed: {{from: 5.0, to: 16.0}}
@@ -48,11 +48,11 @@ sample: 2.0e-2
 """
 
 
-def write(text, rows, scene='cutting_brush'):
+def write(text, rows):
     """Write a study file of so many rows; return its path."""
     folder = Path(tempfile.mkdtemp(prefix='measure-'))
     path = folder / 'study.yaml'
-    path.write_text(text.format(scene=ROOT / f'config/{scene}.yaml', rows=rows))
+    path.write_text(text.format(config=ROOT / 'config', rows=rows))
     return path
 
 
@@ -133,7 +133,7 @@ def compiling(workers):
 def memory(rows):
     """Print and draw the memory of a study's processes over time."""
     import psutil
-    path = write(CHEAP, rows, 'free_rotation')
+    path = write(CHEAP, rows)
     folder = path.with_name('study')
     process = subprocess.Popen([sys.executable, '-m', 'bristle_ros', 'study', str(path),
                                 '--output', str(folder), '--workers', '2'])

@@ -12,9 +12,7 @@ import pytest
 
 @pytest.fixture(scope='module')
 def results():
-    # a profile alone needs kernels that no other test does; its sum with a kerb is here
-    cases = [case for case in campaign_cases.short()
-             if 'profile.kind' not in case.parameters or 'gutter.enabled' in case.parameters]
+    cases = campaign_cases.short()
     return {case.name: campaign.run_case(case, 600.0) for case in cases}
 
 

@@ -341,7 +341,7 @@ def test_any_rows_survive_their_own_yaml(tmp_path, values):
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-          deadline=None, max_examples=50)
+          deadline=None)
 @given(st.fixed_dictionaries({}, optional={
     key.name: value_of(key) for key in keys()
     if key.name not in ROWS and key.name not in (

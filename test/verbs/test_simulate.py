@@ -248,8 +248,7 @@ def test_the_force_of_the_air_is_kept_where_there_is_air(scene):
     assert arrays['air_force'].shape == (10, 2, 3)
     assert arrays['air_force'].any()
     assert 'air_force' not in bristle_ros.simulate(scene, 0.01)
-    only = bristle_ros.simulate(scene, 0.01, overrides=still,
-                                arrays=['air_force', 'work_external'])
-    assert set(only) == {'t', 'air_force', 'work_external', 'wall_time', 'compile_time'}
+    only = bristle_ros.simulate(scene, 0.01, overrides=still, arrays=['air_force'])
+    assert set(only) == {'t', 'air_force', 'wall_time', 'compile_time'}
     with pytest.raises(SceneError, match='^--arrays = "air_force": needs air.density above 0'):
         bristle_ros.simulate(scene, 0.01, arrays=['air_force'])

@@ -83,7 +83,7 @@ def test_air_sees_the_sweeper_the_heading_and_the_tilt():
     driven = stiff(brush__mount_orientation=0.4, drive__mean_speed=-8.0, solver__elements=6,
                    sweeper__velocity=(7.0, -3.0), road__attack_angle=0.3, road__tilt_azimuth=0.8,
                    brush__start_angle=1.1)
-    simulation = Simulation(driven, energies=True)
+    simulation = Simulation(driven)
     simulation.command('cmd_vel', [7.0, -3.0, 1.0])
     simulation.advance(300)
     snapshot = simulation.snapshot()
@@ -132,7 +132,7 @@ def test_the_energy_balance_closes_with_air(load_case):
         'sweeper__velocity': (3.0, -1.0), 'road__attack_angle': 0.15}
     simulation = Simulation(scene(
         air__density=100.0, solver__load_case=load_case, contact__enabled=False,
-        damping__mass=2.0, drive__mean_speed=30.0, **moving), energies=True)
+        damping__stiffness=2e-4, drive__mean_speed=30.0, **moving), energies=True)
     simulation.advance(1000)
     now = simulation.snapshot()
     residual = (now.energy_kinetic + now.energy_elastic + now.energy_dissipated
