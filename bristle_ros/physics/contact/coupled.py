@@ -16,7 +16,7 @@ solution (friction jams), the forces stay and the step goes the way of all failu
 then half the step, which makes W nearly diagonal (inertia), and at last a status.
 """
 from bristle_ros.physics.compiler import jit, load8, store8
-from bristle_ros.physics.motion import HEIGHT_RATE, ROTATION, SPIN, VELOCITY
+from bristle_ros.physics.motion import HEIGHT_RATE, PATH_SPIN, ROTATION, VELOCITY
 from bristle_ros.physics.wire import (eliminate, LANES, LR, MASS, R, substitute, V0, X,
                                       X0)
 
@@ -326,7 +326,7 @@ def _velocity(s, e, xi, end):
     """Return the velocity of a point over the surface [m/s], road axes, at the step's end."""
     n = weights(xi)
     x1, x2, x3 = position(s, X0, e, xi, end)
-    o1, o2, o3 = end[SPIN], end[SPIN + 1], end[SPIN + 2]
+    o1, o2, o3 = end[PATH_SPIN], end[PATH_SPIN + 1], end[PATH_SPIN + 2]
     v1, v2, v3 = o2 * x3 - o3 * x2, o3 * x1 - o1 * x3, o1 * x2 - o2 * x1
     for i in range(3):
         j, lane = node_of(e, i)

@@ -19,7 +19,8 @@ The correction along d is of second order, (curvature |d|) ^ 2.
 from math import sqrt
 
 from bristle_ros.physics.compiler import jit
-from bristle_ros.physics.motion import CLAMP, HEIGHT, HEIGHT_RATE, PLACE, ROTATION, SPIN, VELOCITY
+from bristle_ros.physics.motion import (CLAMP, HEIGHT, HEIGHT_RATE, PATH_SPIN, PLACE, ROTATION,
+                                        VELOCITY)
 from bristle_ros.physics.wire import CORNER, LANES, MASS, tip_lane, V0, X0
 
 from .bracket import solve_contact
@@ -192,7 +193,7 @@ def finish_on_surface(bristle, law, surface, h, end, scratch):
     p1, p2, p3 = place_of(end, x1, x2, x3)
     _, n1, n2, n3, piece = gap_at(surface, p1, p2, p3, scratch[8])
     a1, a2, a3, b1, b2, b3, _ = across(n1, n2, n3)
-    o1, o2, o3 = end[SPIN], end[SPIN + 1], end[SPIN + 2]
+    o1, o2, o3 = end[PATH_SPIN], end[PATH_SPIN + 1], end[PATH_SPIN + 2]
     r1, r2, r3 = rotate(end, ROTATION, s[j, V0 * LANES + lane] + o2 * x3 - o3 * x2,
                         s[j, (V0 + 1) * LANES + lane] + o3 * x1 - o1 * x3,
                         s[j, (V0 + 2) * LANES + lane] + o1 * x2 - o2 * x1)

@@ -1,6 +1,6 @@
 """The tip record of a bristle, and the contact problem seen from the chain's last block."""
 from bristle_ros.physics.compiler import jit
-from bristle_ros.physics.motion import HEIGHT, HEIGHT_RATE, ROTATION, SPIN, VELOCITY
+from bristle_ros.physics.motion import HEIGHT, HEIGHT_RATE, PATH_SPIN, ROTATION, VELOCITY
 from bristle_ros.physics.wire import (CORNER, HA, HV, INVERSE, LANES, MASS, Q, tip_lane, V0, X,
                                       X0)
 
@@ -234,7 +234,7 @@ def finish_contact(s, j, lane, law, h, end, tip):
     x1 = s[j, X0 * LANES + lane]
     x2 = s[j, (X0 + 1) * LANES + lane]
     x3 = s[j, (X0 + 2) * LANES + lane]
-    o1, o2, o3 = end[SPIN], end[SPIN + 1], end[SPIN + 2]
+    o1, o2, o3 = end[PATH_SPIN], end[PATH_SPIN + 1], end[PATH_SPIN + 2]
     r1, r2, r3 = rotate(end, ROTATION, s[j, V0 * LANES + lane] + o2 * x3 - o3 * x2,
                         s[j, (V0 + 1) * LANES + lane] + o3 * x1 - o1 * x3,
                         s[j, (V0 + 2) * LANES + lane] + o1 * x2 - o2 * x1)

@@ -10,5 +10,6 @@ from .hub import (ACCELERATION, ADDED, ASKED, ATTEMPTS, COMMAND, DRIVE_WORK, dri
                   HUB, Hub, LASTS, MOUNT_RATE, OWED, PSEUDO, REACTION, START, STARTED, TORQUE)
 from .path import follow_path, keep_place, way_within
 from .records import (APPROACHING, BASICS, CARRY, CLAMP, DRAG_RATE, DRAG_SPIN, Drive, FORWARD,
-                      FRAME, GRAVITY, HEIGHT, HEIGHT_RATE, LEFT, MOVED, OMEGA, PENETRATION, PLACE,
-                      ROTATION, SPEED, SPIN, SPIN_RATE, THETA, TURNING, VELOCITY, YAW)
+                      FRAME, GRAVITY, HEIGHT, HEIGHT_RATE, LEFT, MOVED, OMEGA, PATH_SPIN,
+                      PENETRATION, PLACE, ROTATION, SPEED, SPIN, SPIN_RATE, THETA, TURNING,
+                      VELOCITY, YAW)

@@ -19,8 +19,9 @@ from .carried import (AT_ACCELERATION, AT_PLACE, AT_RATE, AT_RATE_RATE, AT_ROTAT
 from .drive import approach_at, profile_at, RAMP, ramp_at, table_at
 from .hub import hub_at
 from .records import (APPROACHING, CARRY, CLAMP, DRAG_RATE, DRAG_SPIN, FRAME, GRAVITY, HEIGHT,
-                      HEIGHT_RATE, LOAD_SPLIT, MOTION, OMEGA, RAMPED, RAMPS, RATES, ROTATION,
-                      SPEED, SPIN, SPIN_RATE, SPLIT_BASICS, SPLIT_CLAMP, THETA, TURNING, VELOCITY)
+                      HEIGHT_RATE, LOAD_SPLIT, MOTION, OMEGA, PATH_SPIN, RAMPED, RAMPS, RATES,
+                      ROTATION, SPEED, SPIN, SPIN_RATE, SPLIT_BASICS, SPLIT_CLAMP, THETA, TURNING,
+                      VELOCITY)
 
 
 @jit
@@ -81,7 +82,8 @@ def _load_step_ends(t, n, part, drive, motion, basics):
     Fill the loads at the ends of load step n into basics[0], basics[1]; return how far t is in it.
 
     A command acts from its own time on, so the load step that it comes in is split there: up to
-    it, loads go where the old step led; from it to the step's end they are linear again.
+    it, loads go where the old step led; from it to the step's end they are linear again. Returned
+    with it: the time between the ends [s].
     """
     end = (n + 1.0) * drive.time_step
     _basics_at(end, drive, motion, basics[1])
@@ -89,9 +91,9 @@ def _load_step_ends(t, n, part, drive, motion, basics):
     if split > (n + 1e-9) * drive.time_step:
         for i in range(RAMPED):
             basics[0, i] = motion[SPLIT_BASICS + i]
-        return (t - split) / (end - split)
+        return (t - split) / (end - split), end - split
     _basics_at(n * drive.time_step, drive, motion, basics[0])
-    return part
+    return part, drive.time_step
 
 
 @jit
@@ -114,7 +116,7 @@ def split_load_step(t, drive, motion, basics):
     n, part = _load_step_at(t, drive)
     if part == 0.0:
         return
-    part = _load_step_ends(t, n, part, drive, motion, basics)
+    part, _ = _load_step_ends(t, n, part, drive, motion, basics)
     c, s = _chord_start(n, drive, motion, basics)
     motion[SPLIT_CLAMP] = (1.0 - part) * c + part * cos(basics[1, 0])
     motion[SPLIT_CLAMP + 1] = (1.0 - part) * s + part * sin(basics[1, 0])
@@ -130,6 +132,32 @@ def renew_rates(t, drive, motion, basics):
         _basics_at(t, drive, motion, basics[0])
         for i in RATES:
             motion[SPLIT_BASICS + i] = basics[0, i]
+
+
+@jit
+def _loads_at(t, drive, motion, basics, frame):
+    """
+    Fill basics[0] with the loads at time t, and THETA and OMEGA; return rates of the places.
+
+    Rates: of angle [rad/s], heading [rad/s] and height [m/s]. Within a load step speeds are linear
+    and so are places, which therefore do not go at these speeds but at those of their chords. What
+    is to rest on the road has to be stopped against the latter: the difference of the two would be
+    put in again at every integration step.
+    """
+    _basics_at(t, drive, motion, basics[0])
+    frame[THETA] = basics[0, 0]
+    frame[OMEGA] = basics[0, 1]
+    if drive.time_step > 0.0:
+        n, part = _load_step_at(t, drive)
+        if part > 0.0:
+            part, span = _load_step_ends(t, n, part, drive, motion, basics)
+            turning = (basics[1, 0] - basics[0, 0]) / span
+            yawing = (basics[1, 3] - basics[0, 3]) / span
+            rising = (basics[1, 10] - basics[0, 10]) / span
+            for i in range(RAMPED):
+                basics[0, i] += part * (basics[1, i] - basics[0, i])
+            return turning, yawing, rising
+    return basics[0, 1], basics[0, 4], basics[0, 11]
 
 
 @jit
@@ -154,19 +182,7 @@ def frame_at(t, drive, displacement, motion, basics, frame):
     With load steps (time_step > 0) the basics are linear between multiples of time_step: OMEGA,
     DOMEGA and the motion of the paper's pilot node, ramped. THETA and OMEGA stay exact.
     """
-    if drive.time_step > 0.0:
-        n, part = _load_step_at(t, drive)
-        _basics_at(t, drive, motion, basics[0])
-        frame[THETA] = basics[0, 0]
-        frame[OMEGA] = basics[0, 1]
-        if part > 0.0:
-            part = _load_step_ends(t, n, part, drive, motion, basics)
-            for i in range(RAMPED):
-                basics[0, i] += part * (basics[1, i] - basics[0, i])
-    else:
-        _basics_at(t, drive, motion, basics[0])
-        frame[THETA] = basics[0, 0]
-        frame[OMEGA] = basics[0, 1]
+    turning, yawing, rising = _loads_at(t, drive, motion, basics, frame)
     theta, omega, alpha, heading, yaw, yaw_rate = (
         basics[0, 0], basics[0, 1], basics[0, 2], basics[0, 3], basics[0, 4], basics[0, 5])
     vx, vx_rate, vy, vy_rate = basics[0, 6], basics[0, 7], basics[0, 8], basics[0, 9]
@@ -176,7 +192,7 @@ def frame_at(t, drive, displacement, motion, basics, frame):
     if displacement:
         frame[DRAG_SPIN] = omega
         frame[DRAG_RATE] = alpha
-        theta, omega, alpha = 0.0, 0.0, 0.0
+        theta, omega, alpha, turning = 0.0, 0.0, 0.0, 0.0
     turn = theta - drive.tilt_azimuth
     ct, st = cos(turn), sin(turn)
     front = heading + drive.tilt_azimuth
@@ -195,6 +211,9 @@ def frame_at(t, drive, displacement, motion, basics, frame):
     frame[SPIN] = yaw * up1
     frame[SPIN + 1] = yaw * up2
     frame[SPIN + 2] = yaw * up3 + omega
+    frame[PATH_SPIN] = yawing * up1
+    frame[PATH_SPIN + 1] = yawing * up2
+    frame[PATH_SPIN + 2] = yawing * up3 + turning
     # d(up)/dt in brush axes = -Omega x up = -omega z x up
     frame[SPIN_RATE] = yaw_rate * up1 + yaw * omega * up2
     frame[SPIN_RATE + 1] = yaw_rate * up2 - yaw * omega * up1
@@ -218,9 +237,10 @@ def frame_at(t, drive, displacement, motion, basics, frame):
         frame[GRAVITY + i] = (frame[ROTATION + i] * gx + frame[ROTATION + 3 + i] * gy
                               + frame[ROTATION + 6 + i] * gz)
     frame[HEIGHT] = basics[0, 10]
-    frame[HEIGHT_RATE] = basics[0, 11]
+    frame[HEIGHT_RATE] = rising
     if is_carried(drive.carrier):
-        _carry_frame(drive.carrier, t, drive, motion, (theta, omega, alpha), basics[1], frame)
+        _carry_frame(drive.carrier, t, drive, motion, (theta, omega, alpha, turning), basics[1],
+                     frame)
 
 
 @jit
@@ -234,7 +254,8 @@ def _carry_frame(carrier, t, drive, motion, turn, at, frame):
     """
     Let a frame record be that of a mount that is carried, from the first command on.
 
-    turn : angle, speed and acceleration of the brush;  at : (BASICS,) scratch
+    turn : angle, speed, acceleration of the brush, and speed along its chord
+    at : (BASICS,) scratch
 
     With u the mount's angular velocity in its own axes the brush's is Rz(theta)^T u + omega z, and
     its rate Rz(theta)^T u' - omega z x Rz(theta)^T u + alpha z.
@@ -243,7 +264,7 @@ def _carry_frame(carrier, t, drive, motion, turn, at, frame):
         return
     if motion[CARRY + CARRIED] == 0.0:
         return
-    theta, omega, alpha = turn
+    theta, omega, alpha, turning = turn
     carried_at(t, motion, CARRY, at)
     c, s = cos(theta), sin(theta)
     for row in range(0, 9, 3):
@@ -255,6 +276,8 @@ def _carry_frame(carrier, t, drive, motion, turn, at, frame):
     d1 = c * at[AT_RATE_RATE] + s * at[AT_RATE_RATE + 1]
     d2 = c * at[AT_RATE_RATE + 1] - s * at[AT_RATE_RATE]
     frame[SPIN], frame[SPIN + 1], frame[SPIN + 2] = u1, u2, at[AT_RATE + 2] + omega
+    frame[PATH_SPIN], frame[PATH_SPIN + 1], frame[PATH_SPIN + 2] = (
+        u1, u2, at[AT_RATE + 2] + turning)
     frame[SPIN_RATE] = d1 + omega * u2
     frame[SPIN_RATE + 1] = d2 - omega * u1
     frame[SPIN_RATE + 2] = at[AT_RATE_RATE + 2] + alpha
@@ -284,7 +307,7 @@ def drive_clamp(t, drive, motion, clamp, basics, frame):
     if drive.time_step > 0.0:
         n, part = _load_step_at(t, drive)
         if part > 0.0:
-            part = _load_step_ends(t, n, part, drive, motion, basics)
+            part, _ = _load_step_ends(t, n, part, drive, motion, basics)
             one, two = basics[0, 0], basics[1, 0]
             theta = one + part * (two - one)
             c, s = _chord_start(n, drive, motion, basics)
@@ -314,7 +337,7 @@ def turn_frame(frame, cosine, sine, turned):
         turned[ROTATION + 3 * row] = cosine * x + sine * y
         turned[ROTATION + 3 * row + 1] = cosine * y - sine * x
         turned[ROTATION + 3 * row + 2] = frame[ROTATION + 3 * row + 2]
-    for vector in (SPIN, SPIN_RATE, GRAVITY):
+    for vector in (SPIN, SPIN_RATE, GRAVITY, PATH_SPIN):
         x, y = frame[vector], frame[vector + 1]
         turned[vector] = cosine * x + sine * y
         turned[vector + 1] = cosine * y - sine * x

@@ -2,10 +2,10 @@
 from dataclasses import replace
 
 from bristle_ros.physics.motion.drive import SINE, VAP
-from bristle_ros.physics.motion import (APPROACHING, BASICS, FORWARD, FRAME, frame_at,
-                                              GRAVITY, HEIGHT, HEIGHT_RATE, LEFT, OMEGA,
-                                              PENETRATION, ROTATION, SPEED, SPIN, SPIN_RATE, THETA,
-                                              turn_frame, VELOCITY, YAW)
+from bristle_ros.physics.motion import (APPROACHING, BASICS, FORWARD, FRAME, frame_at, GRAVITY,
+                                        HEIGHT, HEIGHT_RATE, LEFT, OMEGA, PATH_SPIN, PENETRATION,
+                                        ROTATION, SPEED, SPIN, SPIN_RATE, THETA, turn_frame,
+                                        VELOCITY, YAW)
 from bristle_ros.scene.scene import Scene
 from bristle_ros.scene.sections import Brush, Drive, Road, Sweeper
 from bristle_ros.simulation.model import build_model, start_motion
@@ -82,14 +82,18 @@ def test_orientation(moving, t):
     assert (low @ [1.0, 0.0, 0.0])[2] < 0.0
 
 
+def turns_at(of, t):
+    """Return the angular velocity, brush axes, by the change of ROTATION."""
+    turning = rotation(of(t)).T @ slope(lambda at: rotation(of(at)), t)
+    np.testing.assert_allclose(turning, -turning.T, atol=1e-7)
+    return [turning[2, 1], turning[0, 2], turning[1, 0]]
+
+
 @pytest.mark.parametrize('t', TIMES)
 def test_spin_and_its_rate(moving, t):
     frame = moving(t)
-    turning = rotation(frame).T @ slope(lambda at: rotation(moving(at)), t)
-    spin = frame[SPIN:SPIN + 3]
-    np.testing.assert_allclose(
-        turning, [[0, -spin[2], spin[1]], [spin[2], 0, -spin[0]], [-spin[1], spin[0], 0]],
-        atol=1e-7)
+    np.testing.assert_allclose(frame[SPIN:SPIN + 3], turns_at(moving, t), atol=1e-7)
+    np.testing.assert_array_equal(frame[PATH_SPIN:PATH_SPIN + 3], frame[SPIN:SPIN + 3])
     rate = slope(lambda at: moving(at)[SPIN:SPIN + 3], t)
     np.testing.assert_allclose(frame[SPIN_RATE:SPIN_RATE + 3], rate, atol=1e-6)
     assert frame[OMEGA] == pytest.approx(slope(lambda at: moving(at)[THETA], t), abs=1e-7)
@@ -123,6 +127,23 @@ def test_height(moving, t):
     frame = moving(t)
     assert frame[HEIGHT_RATE] == pytest.approx(
         slope(lambda at: moving(at)[HEIGHT], t), abs=1e-9)
+
+
+@pytest.mark.parametrize('t', [0.1527, 0.3033, 0.9025])
+@pytest.mark.parametrize('displacement', [False, True])
+def test_places_within_load_steps_have_rates_of_their_own(displacement, t):
+    drive = build_model(SCENE).exact._replace(profile=VAP, time_step=5e-3)
+    motion = motion_of(SCENE, False)
+
+    def of(at):
+        frame = np.zeros(FRAME)
+        frame_at(at, drive, displacement, motion, np.zeros((2, BASICS)), frame)
+        return frame
+    frame = of(t)
+    np.testing.assert_allclose(frame[PATH_SPIN:PATH_SPIN + 3], turns_at(of, t), atol=1e-7)
+    assert frame[HEIGHT_RATE] == pytest.approx(slope(lambda at: of(at)[HEIGHT], t), abs=1e-9)
+    apart = np.abs(frame[SPIN:SPIN + 3] - frame[PATH_SPIN:PATH_SPIN + 3]).max()
+    assert displacement or 1e-5 < apart < 0.1       # what loads go by
 
 
 def test_lowest_undeformed_tip_goes_penetration_deep():

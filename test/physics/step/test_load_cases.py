@@ -2,8 +2,10 @@
 from dataclasses import replace
 import math
 
+from bristle_ros.physics.contact.law import STICK
+from bristle_ros.physics.contact.tip import STATE
 from bristle_ros.scene.scene import Scene
-from bristle_ros.scene.sections import Damping, Drive, Road, Run, Solver
+from bristle_ros.scene.sections import Damping, Drive, Road, Run, Solver, Sweeper
 from bristle_ros.simulation.simulation import Simulation
 import numpy as np
 from physics.scenes import free_rotation, NO_CONTACT, RPM, sliding_sweep, tilted_sweep
@@ -156,3 +158,20 @@ def test_the_drive_torque_of_a_ringing_scheme_means_something(integrator, time_s
     if integrator != 'generalized_alpha' and time_step:
         # the damping force keeps the rates of the step's end: figure 4 of the paper is made of it
         assert abs(last.mount_damping_force[0, 2]) > 50.0
+
+
+def test_a_tip_that_sticks_takes_no_energy_from_load_steps():
+    """Stopped at the speed of the loads and not of the places it took 2e-4 J, 4e-4 at half ITS."""
+    scene = tilted_sweep(its=2e-6, friction=(1.0, 0.5), time_step=3.2e-3)
+    scene = replace(
+        scene, brush=replace(scene.brush, start_angle=0.0),
+        road=replace(scene.road, approach_time=0.05), sweeper=Sweeper(velocity=(1.5, 0.0)),
+        drive=Drive(profile='vap', mean_speed=150.0 * RPM, alternating_speed=4.0 * RPM,
+                    frequency=5.0))
+    simulation = Simulation(scene, energies=True)
+    simulation.advance(1600)
+    one = simulation.snapshot()
+    assert simulation.state.tip[0, STATE] == STICK
+    assert one.energy_kinetic + one.energy_elastic > 5e-3
+    assert abs(one.energy_kinetic + one.energy_elastic + one.energy_dissipated
+               - one.work_external) < 2e-6
