@@ -149,7 +149,7 @@ class RunWatch:
     def _gained(self) -> RunWarning | None:
         worst, solver = self._gained_most, self._scene.solver
         # what rings behind a clamp that is moved by hand is told of by `_polygon`
-        if worst.value <= GAIN or load_steps(self._scene) or solver.load_case != 'inertia':
+        if worst.value <= GAIN or load_steps(self._scene):
             return None
         return RunWarning(
             'energy from nowhere', f'the energy accounts gained {100.0 * worst.value:.3g} % of '

@@ -48,6 +48,10 @@ def warned(scene, duration, overrides=None, **arguments):
     ('energy from nowhere', 'free_rotation', 0.5, {
         **SIX, 'solver.spectral_radius': 1.0, 'drive.mean_speed': 150.0, 'solver.step': 'adaptive',
         'bristle.yield_stress': 0.0}, 'the energy accounts gained'),
+    ('energy from nowhere', 'free_rotation', 0.5, {
+        **SIX, 'solver.spectral_radius': 1.0, 'drive.mean_speed': 150.0, 'solver.step': 'adaptive',
+        'bristle.yield_stress': 0.0, 'solver.load_case': 'displacement'},
+     'the energy accounts gained'),
     ('few elements', 'cutting_brush', 0.6, {'solver.elements': 5}, 'solver.elements = 5'),
     ])
 def test_each_warning_comes_alone(kind, scene, duration, overrides, said):
