@@ -51,8 +51,10 @@ def _no_date(kind):
 
 def _paths(above, side, series):
     """Draw the tip's path from above and from the side; return what a colour bar needs."""
-    x, y, z = _thin(series.tip).T * 1e3
-    colour = _thin(series.normal_force)
+    # of a long run the end: thinned, a path would be a polygon that it never was
+    x, y, z = series.tip[-POINTS:].T * 1e3
+    colour, t = series.normal_force[-POINTS:], series.t[-POINTS:]
+    cut = len(t) < len(series.t)
     touches = bool(series.normal_force.any())
     top = max(float(np.quantile(series.normal_force, 0.98)), 1e-9)
     for axes, across, up in ((above, x, y), (side, np.hypot(x, y), z)):
@@ -66,9 +68,11 @@ def _paths(above, side, series):
             lines.set_color(SMOOTH)
         axes.add_collection(lines)
         axes.plot(*points[0], 'o', color='black', markersize=3.5)
-        axes.annotate('start', points[0], (6, -10), textcoords='offset points')
+        axes.annotate(f'{t[0]:.4g} s' if cut else 'start', points[0], (6, -10),
+                      textcoords='offset points')
         axes.autoscale()
-    above.set(title="Tip of bristle 0 from above, the mount's axes", xlabel='x, forward [mm]',
+    above.set(title="Tip of bristle 0 from above, the mount's axes"
+              + (f', last {_spell(t[-1] - t[0])}' if cut else ''), xlabel='x, forward [mm]',
               ylabel='y, left [mm]')
     if series.rest:
         turn = np.linspace(0.0, 2.0 * np.pi, 181)
@@ -93,7 +97,7 @@ def _over_time(axes, series, values, unit, title):
     axes.plot(t, thin, color=RAW, label='samples')
     if smooth is not None:
         axes.plot(*_envelope(series.t, smooth), color=SMOOTH, linewidth=1.2,
-                  label=f'mean over {width * 1e3:.3g} ms')
+                  label=f'mean over {_spell(width)}')
     _look_at_the_bulk(axes, series.t, values)
     if len(series.commands):
         axes.plot(series.commands, np.full(len(series.commands), 1.0), 'v', color=ACCENT,
@@ -209,5 +213,5 @@ def _envelope(t, values):
     return np.repeat(t[edges], 2), np.column_stack((low, high)).ravel()
 
 
-def _thin(rows):
-    return rows[::-(-len(rows) // POINTS)]
+def _spell(seconds):
+    return f'{seconds:.3g} s' if seconds >= 1.0 else f'{seconds * 1e3:.3g} ms'

@@ -9,6 +9,7 @@ from bristle_ros.plot import main as plot, page as plot_page, series as plot_ser
 from bristle_ros.scene.error import SceneError
 from bristle_ros.scene.scene import load
 from bristle_ros.verbs.simulate import simulate
+from matplotlib.figure import Figure
 import numpy as np
 import pytest
 
@@ -135,6 +136,18 @@ def test_thinning_keeps_every_peak():
     assert len(thin) <= plot_page.POINTS + 2
     assert (thin.max(), thin.min()) == (5.0, -7.0)
     assert thin_t[thin.argmax()] == pytest.approx(0.017, abs=0.05)
+
+
+def test_a_long_path_is_its_end_and_no_polygon():
+    t = np.arange(20_000) * 1e-3
+    tip = np.column_stack((np.cos(t), np.sin(t), np.zeros_like(t)))
+    above, side = Figure().subplots(2, 1)
+    plot_page._paths(above, side, plot_series.Series(
+        t, tip, np.ones_like(t), np.zeros_like(t), None, np.empty(0), (), ''))
+    chords = np.array(above.collections[0].get_segments())
+    np.testing.assert_allclose(chords[:, 1], 1e3 * tip[-len(chords):, :2])
+    assert np.hypot(*(chords[:, 1] - chords[:, 0]).T).max() < 1.001     # [mm] as sampled
+    assert above.get_title().endswith('axes, last 6 s')
 
 
 def test_where_the_page_goes(tmp_path):
