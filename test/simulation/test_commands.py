@@ -2,7 +2,7 @@
 from functools import cache
 import math
 
-from bristle_ros.physics.motion import DRAG_RATE, FRAME, HEIGHT_RATE, SPIN_RATE
+from bristle_ros.physics.motion import DRAG_RATE, FRAME, HEIGHT_RATE, PATH_SPIN, SPIN_RATE
 from bristle_ros.physics.step.stepping import own_frame
 from bristle_ros.scene.error import SceneError
 from bristle_ros.scene.scene import Scene
@@ -88,10 +88,11 @@ def test_what_load_steps_change_is_second_order(name):
 @pytest.mark.parametrize('name', COMMANDS)
 @pytest.mark.parametrize('load_case', ['inertia', 'displacement'])
 def test_no_load_jumps_at_a_command(load_case, name):
-    """Angles, speeds, height and the clamp's place go on; accelerations may change at once."""
+    """Angles, speeds, height and the clamp's place go on; their rates may change at once."""
     simulation = Simulation(scene(load_case, 5e-3))
     before, steady = None, 0.0
-    rates = [*range(SPIN_RATE, SPIN_RATE + 6), HEIGHT_RATE, DRAG_RATE]
+    rates = [*range(SPIN_RATE, SPIN_RATE + 6), *range(PATH_SPIN, PATH_SPIN + 3), HEIGHT_RATE,
+             DRAG_RATE]
     values = [i for i in range(FRAME) if i not in rates]
     waiting = list(COMMANDS[name])
     for step in range(600):

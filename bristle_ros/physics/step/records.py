@@ -43,7 +43,7 @@ class State(NamedTuple):
     tip: NDArray[np.float64]        # (B, TIP) contact/tip.py
     points: NDArray[np.float64]     # (B, elements or 0, POINT) contact/point.py
     counts: NDArray[np.int64]       # (B, COUNTS) int64, running counts of newton.py
-    motion: NDArray[np.float64]     # (MOTION,) motion/frame.py: the ramps that commands change
+    motion: NDArray[np.float64]     # (MOTION,) motion/records.py: the ramps that commands change
     step: NDArray[np.int64]         # (1,) int64: steps done
     audit: NDArray[np.float64]      # (B, AUDIT) energy accounts, where they are kept
 
