@@ -40,6 +40,8 @@ from numba.core.caching import (CompileResultCacheImpl, FunctionCache,  # noqa: 
                                 InTreeCacheLocator, IndexDataCacheFile)
 from numba.core.registry import CPUDispatcher  # noqa: E402
 
+from .shortcuts import shortcuts  # noqa: E402
+
 if target() in LEVELS and 'NUMBA_CPU_FEATURES' not in os.environ:
     numba.config.CPU_NAME = target()  # type: ignore[attr-defined]
     numba.config.CPU_FEATURES = ''  # type: ignore[attr-defined]    what the level has
@@ -245,6 +247,15 @@ class _Cache(_Checked):
             yield
 
 
+class Called(CPUDispatcher):
+    """What Python calls of a kernel: a dispatcher of numba's that compiles it and all it calls."""
+
+    def compile(self, sig):  # noqa: A003
+        """Compile it for such arguments, or load it."""
+        with shortcuts():
+            return super().compile(sig)
+
+
 class Kernel(CPUDispatcher):
     """
     A kernel as other kernels call it; Python calls `called`, which is compiled when it first does.
@@ -255,8 +266,10 @@ class Kernel(CPUDispatcher):
 
     @functools.cached_property
     def called(self):
-        """What Python calls: a dispatcher of numba's."""
-        return _cached(_compiled()(self.py_func), '-called')
+        """What Python calls."""
+        dispatcher = _compiled()(self.py_func)
+        dispatcher.__class__ = Called
+        return _cached(dispatcher, '-called')
 
     def __call__(self, *arguments):
         """Run it; compile it first for such arguments."""

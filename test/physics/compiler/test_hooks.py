@@ -4,15 +4,19 @@ What the compiler room takes of numba that numba does not promise: each hook by 
 Where one is gone the failure says which, and who needs it; without it kernels would be slower, or
 stale, or not compile at all.
 """
+import copy
 import inspect
+import math
+import operator
 from pathlib import Path
 
+from bristle_ros.physics.compiler import shortcuts
 from bristle_ros.physics.compiler.jit import _Cache, _OPTIONS, FOLDER
 from bristle_ros.physics.motion.drive import profile_at
 from llvmlite import ir
 import numba
-from numba.core import caching, options, types
-from numba.core.registry import CPUDispatcher
+from numba.core import caching, compiler, options, types
+from numba.core.registry import cpu_target, CPUDispatcher
 from numba.core.typing import templates
 import numba.extending
 import pytest
@@ -67,7 +71,7 @@ def test_what_a_kernel_has_of_numba():
             f'the cache file of numba {numba.__version__} has no {name} (tested with {TESTED})')
     assert isinstance(profile_at._cache, _Cache), 'kernels have the cache of jit.py'
     assert isinstance(profile_at.called._cache, _Cache), 'and so has what Python calls'
-    assert type(profile_at.called) is CPUDispatcher, 'which is a dispatcher as numba makes it'
+    assert isinstance(profile_at.called, CPUDispatcher), 'which is a dispatcher of numba'
     assert Path(profile_at._cache.cache_path).is_relative_to(FOLDER), (
         '_cache_path of a locator still decides where code is kept')
 
@@ -94,3 +98,69 @@ def test_kernels_have_no_reference_counts():
 def test_the_pinned_version_is_the_tested_one(root):
     assert f'numba=={TESTED}\n' in (root / 'requirements.txt').read_text(), (
         'another numba is pinned: try the hooks above with it, then write it down as TESTED')
+
+
+@pytest.fixture
+def scope():
+    """Return the scope of a kernel, renamed variables and all."""
+    blocks = compiler.run_frontend(profile_at.py_func).blocks
+    made = next(iter(blocks.values())).scope
+    made.redefine(next(iter(made.localvars._con)), made.loc)
+    return made
+
+
+def test_a_copied_scope_is_that_of_deepcopy(scope):
+    memo = {}
+    plain, short = copy.deepcopy(scope), shortcuts.copy_scope(scope, memo)
+    assert short == plain
+    assert len(short.localvars) > 10
+    assert short.var_redefinitions == plain.var_redefinitions != {}
+    for name, variable in scope.localvars._con.items():
+        assert memo[id(variable)] is short.localvars.get(name) is not variable
+        assert short.localvars.get(name).scope is short
+    short.redefine(next(iter(short.localvars._con)), short.loc)
+    assert short != scope
+
+
+def test_options_are_compared_as_numba_does():
+    one, two = compiler.Flags(), compiler.Flags()
+    two.nrt = True
+    for options_ in (one, two):
+        assert shortcuts.option_values(options_) == options_.values()
+        assert shortcuts.hash_options(options_) == hash(options_)
+    three = two.copy()
+    three.nrt = compiler.Flags.options['nrt'].default      # said, and yet the same
+    assert [shortcuts.same_options(one, other) for other in (one, two, three)] == [
+        one == other for other in (one, two, three)] == [True, False, True]
+    assert shortcuts.same_options(one, 1) is NotImplemented
+
+
+def test_operators_have_the_signatures_that_numba_finds():
+    context = cpu_target.typing_context
+    for function, args in ((operator.add, (types.float64, types.int64)),
+                           (operator.getitem, (types.float64[:, ::1], types.int64)),
+                           (math.sqrt, (types.float64,))):
+        kind = context.resolve_value_type(function)
+        plain = kind.get_call_type(context, args, {})
+        with shortcuts.shortcuts():
+            for _ in range(2):
+                assert kind.get_call_type(context, args, {}) == plain
+                assert kind.get_impl_key(plain)
+
+
+def test_shortcuts_are_there_while_kernels_compile_and_in_one_version(monkeypatch):
+    def in_place():
+        return [vars(owner).get(name) is shorter for owner, name, shorter in shortcuts.SHORTCUTS]
+    before = [vars(owner).get(name) for owner, name, _ in shortcuts.SHORTCUTS]
+    assert shortcuts.TRIED == TESTED
+    with shortcuts.shortcuts():
+        assert all(in_place())
+        with shortcuts.shortcuts():
+            assert all(in_place())
+        assert all(in_place())
+    assert before == [vars(owner).get(name) for owner, name, _ in shortcuts.SHORTCUTS]
+    assert not any(in_place())
+    assert not shortcuts._call_types
+    monkeypatch.setattr(numba, '__version__', '0.99')
+    with shortcuts.shortcuts():
+        assert not any(in_place())

@@ -1,0 +1,100 @@
+"""
+Shortcuts through numba's compiler: the same code in three quarters of the time.
+
+Each stands in for a function of numba's and returns what that returns. They do so only while
+kernels are compiled, and with the version of numba that they were tried with; with another one
+compiling takes longer, and that is all.
+"""
+from collections.abc import Iterator
+import contextlib
+import functools
+from typing import Any
+
+import numba
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.ir import Scope, Var
+from numba.core.targetconfig import TargetConfig
+from numba.core.types.functions import BaseFunction
+
+TRIED = '0.68.1'
+OPERATORS = ('_operator', 'math')   # modules of what is called with the same types over and over
+
+_call_types: dict[Any, Any] = {}
+_plain_call_type = BaseFunction.get_call_type
+
+
+def copy_scope(self: Any, memo: dict[int, Any]) -> Any:
+    """Do for a Scope what deepcopy does by looking into each of its variables."""
+    scope = Scope(self.parent, self.loc)
+    memo[id(self)] = scope
+    variables = scope.localvars._con
+    for name, variable in self.localvars._con.items():
+        variables[name] = memo[id(variable)] = Var(scope, variable.name, variable.loc)
+    scope.redefined.update(self.redefined)
+    for name, versions in self.var_redefinitions.items():
+        scope.var_redefinitions[name] = set(versions)
+    return scope
+
+
+@functools.cache
+def _defaults(cls: Any) -> tuple[dict[str, Any], int]:
+    """Return the defaults of a class of options, and the hash that all of them have."""
+    return ({name: option.default for name, option in cls.options.items()},
+            hash(tuple(sorted(cls.options))))
+
+
+def option_values(self: Any) -> dict[str, Any]:
+    """Do what TargetConfig.values does, without a call for each option."""
+    return {**_defaults(type(self))[0], **self._values}
+
+
+def hash_options(self: Any) -> int:
+    """Return what TargetConfig.__hash__ does: the hash of the names."""
+    return _defaults(type(self))[1]
+
+
+def same_options(self: Any, other: Any) -> bool:
+    """Do what TargetConfig.__eq__ does; most that are compared have the same options set."""
+    if isinstance(other, TargetConfig):
+        return (type(self) is type(other) and self._values == other._values
+                or option_values(self) == option_values(other))
+    return NotImplemented
+
+
+def call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
+    """Return what an operator makes of these types; look it up the first time alone."""
+    if kws or getattr(self.typing_key, '__module__', None) not in OPERATORS:
+        return _plain_call_type(self, context, args, kws)
+    known = _call_types.get((self, args))
+    if known is None:
+        signature = _plain_call_type(self, context, args, kws)
+        known = _call_types[self, args] = signature, self.get_impl_key(signature)
+    signature, self._impl_keys[known[0].args] = known
+    return signature
+
+
+SHORTCUTS = ((Scope, '__deepcopy__', copy_scope), (TargetConfig, 'values', option_values),
+             (TargetConfig, '__hash__', hash_options), (TargetConfig, '__eq__', same_options),
+             (BaseFunction, 'get_call_type', call_type))
+
+
+@contextlib.contextmanager
+def shortcuts() -> Iterator[None]:
+    """Put them in place; to be entered again by who is in already."""
+    with global_compiler_lock:
+        if numba.__version__ != TRIED or BaseFunction.get_call_type is call_type:
+            yield
+            return
+        with contextlib.ExitStack() as stack:
+            stack.callback(_call_types.clear)
+            for owner, name, shorter in SHORTCUTS:
+                stack.callback(_put_back, owner, name, vars(owner).get(name))
+                setattr(owner, name, shorter)
+            yield
+
+
+def _put_back(owner: Any, name: str, before: Any) -> None:
+    if before is None:
+        delattr(owner, name)
+    else:
+        setattr(owner, name, before)
