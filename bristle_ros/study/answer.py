@@ -70,8 +70,9 @@ def _of_best(study, rows):
     value = objective.value(numbers_of(study, row))
     at = ', '.join(f'{factor.key} = {_short(row[factor.key])}' for factor in study.factors)
     where = ''.join(f', with {each.text}' for each in study.constraints)
-    return [f'The {wanted} {objective.text}{where} is {value:.4g}{about} '
-            f'{MEASURES.get(objective.text, "")}: at {at} (row {row["run"]}).']
+    unit = MEASURES.get(objective.text, '')
+    return [f'The {wanted} {objective.text}{where} is {value:.4g}{about}{unit and f" {unit}"}: '
+            f'at {at} (row {row["run"]}).']
 
 
 def _short(value):
