@@ -11,7 +11,8 @@ import operator
 from pathlib import Path
 
 from bristle_ros.physics.compiler import shortcuts
-from bristle_ros.physics.compiler.jit import _Cache, _OPTIONS, FOLDER
+from bristle_ros.physics.compiler.jit import _OPTIONS
+from bristle_ros.physics.compiler.kernel_cache import _Cache, FOLDER
 from bristle_ros.physics.motion.drive import profile_at
 from llvmlite import ir
 import numba
@@ -25,14 +26,14 @@ TESTED = '0.68.1'   # of numba: what requirements.txt pins, and what these hooks
 
 # owner, attribute, what for
 HOOKS = [
-    (caching, 'FunctionCache', 'jit.py: a cache that trusts no file'),
-    (caching.FunctionCache, 'load_overload', 'jit.py: a damaged file is compiled anew'),
-    (caching.FunctionCache, 'save_overload', 'jit.py: one process at a time saves'),
-    (caching.IndexDataCacheFile, '_dump', 'jit.py: a checksum goes behind the content'),
-    (caching.IndexDataCacheFile, '_load_data', 'jit.py: and is compared'),
-    (caching.IndexDataCacheFile, '_data_path', 'jit.py: where the content is'),
-    (caching.CompileResultCacheImpl, '_locator_classes', 'jit.py: where code is kept'),
-    (caching.InTreeCacheLocator, 'get_cache_path', 'jit.py: a folder for each content'),
+    (caching, 'FunctionCache', 'kernel_cache.py: a cache that trusts no file'),
+    (caching.FunctionCache, 'load_overload', 'kernel_cache.py: a damaged file is compiled anew'),
+    (caching.FunctionCache, 'save_overload', 'kernel_cache.py: one process at a time saves'),
+    (caching.IndexDataCacheFile, '_dump', 'kernel_cache.py: a checksum goes behind the content'),
+    (caching.IndexDataCacheFile, '_load_data', 'kernel_cache.py: and is compared'),
+    (caching.IndexDataCacheFile, '_data_path', 'kernel_cache.py: where the content is'),
+    (caching.CompileResultCacheImpl, '_locator_classes', 'kernel_cache.py: where code is kept'),
+    (caching.InTreeCacheLocator, 'get_cache_path', 'kernel_cache.py: a folder for each content'),
     (options.DefaultOptions, 'no_cpython_wrapper', 'jit.py: kernels that Python does not call'),
     (options.DefaultOptions, 'no_cfunc_wrapper', 'jit.py: and C neither'),
     (numba.config, 'CPU_NAME', 'jit.py: code for a level of x86-64'),
@@ -69,7 +70,7 @@ def test_what_a_kernel_has_of_numba():
     for name in ('_dump', '_load_data', '_data_path', '_index_path'):
         assert hasattr(cache._cache_file, name), (
             f'the cache file of numba {numba.__version__} has no {name} (tested with {TESTED})')
-    assert isinstance(profile_at._cache, _Cache), 'kernels have the cache of jit.py'
+    assert isinstance(profile_at._cache, _Cache), 'kernels have the cache of kernel_cache.py'
     assert isinstance(profile_at.called._cache, _Cache), 'and so has what Python calls'
     assert isinstance(profile_at.called, CPUDispatcher), 'which is a dispatcher of numba'
     assert Path(profile_at._cache.cache_path).is_relative_to(FOLDER), (
@@ -77,7 +78,7 @@ def test_what_a_kernel_has_of_numba():
 
 
 def test_the_content_of_a_cache_file_goes_through_dump_and_load_data():
-    # jit.py puts its own in their place on the instance: numba has to call them there
+    # kernel_cache.py puts its own in their place on the instance: numba has to call them there
     source = inspect.getsource(caching.IndexDataCacheFile)
     for call in ('self._dump(', 'self._load_data('):
         assert call in source, f'numba {numba.__version__} no longer calls {call}...)'
