@@ -1,9 +1,12 @@
 """
-Shortcuts through numba's compiler: the same code in three quarters of the time.
+Shortcuts through numba's compiler: three quarters of the time to wait.
 
-Each stands in for a function of numba's and returns what that returns. They do so only while
-kernels are compiled, and with the version of numba that they were tried with; with another one
-compiling takes longer, and that is all.
+Each stands in for a function of numba's. Those of its front end return what that returns. Of the
+optimiser's three rounds one is left: those before it, over single functions and for the sake of
+reference counts that kernels do not have, took a tenth of compiling, and steps that keep energy
+accounts took a quarter longer by them. A result may differ in its last bit. All are in place only
+while kernels are compiled, and with the version of numba that they were tried with; with another
+one compiling takes longer, and that is all.
 """
 from collections.abc import Iterator
 import contextlib
@@ -11,6 +14,7 @@ import functools
 from typing import Any
 
 import numba
+from numba.core.codegen import CPUCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.ir import Scope, Var
 from numba.core.targetconfig import TargetConfig
@@ -73,7 +77,20 @@ def call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
     return signature
 
 
-SHORTCUTS = ((Scope, '__deepcopy__', copy_scope), (TargetConfig, 'values', option_values),
+def take_functions_as_they_are(self: Any, module: Any) -> None:
+    """Leave functions to the passes over the whole; do what else `_optimize_functions` does."""
+    module.data_layout = self._codegen._data_layout
+
+
+def optimise_once(self: Any) -> None:
+    """Do the last of the rounds of `_optimize_final_module`, the full one."""
+    passes, builder = self._codegen._module_pass_manager()
+    passes.run(self._final_module, builder)
+
+
+SHORTCUTS = ((CPUCodeLibrary, '_optimize_functions', take_functions_as_they_are),
+             (CPUCodeLibrary, '_optimize_final_module', optimise_once),
+             (Scope, '__deepcopy__', copy_scope), (TargetConfig, 'values', option_values),
              (TargetConfig, '__hash__', hash_options), (TargetConfig, '__eq__', same_options),
              (BaseFunction, 'get_call_type', call_type))
 

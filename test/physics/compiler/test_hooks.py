@@ -16,8 +16,9 @@ from bristle_ros.physics.compiler.kernel_cache import _Cache, FOLDER
 from bristle_ros.physics.motion.drive import profile_at
 from llvmlite import ir
 import numba
-from numba.core import caching, compiler, options, types
+from numba.core import caching, codegen, compiler, options, targetconfig, types
 from numba.core.registry import cpu_target, CPUDispatcher
+from numba.core.types import functions
 from numba.core.typing import templates
 import numba.extending
 import pytest
@@ -39,6 +40,11 @@ HOOKS = [
     (numba.config, 'CPU_NAME', 'jit.py: code for a level of x86-64'),
     (numba.config, 'CPU_FEATURES', 'jit.py: and for nothing beyond'),
     (numba.config, 'DISABLE_JIT', 'jit.py, lanes.py, work_queue.py: kernels as plain Python'),
+    (codegen.CPUCodeLibrary, '_optimize_functions', 'shortcuts.py: no passes over functions'),
+    (codegen.CPUCodeLibrary, '_optimize_final_module', 'shortcuts.py: one round of passes'),
+    (codegen.CPUCodegen, '_module_pass_manager', 'shortcuts.py: that round'),
+    (targetconfig.TargetConfig, 'options', 'shortcuts.py: all options and their defaults'),
+    (functions.BaseFunction, 'get_call_type', 'shortcuts.py: types of operators'),
     (numba.types, 'unliteral', 'jit.py: one version for all constants'),
     (templates, 'AbstractTemplate', 'lanes.py: operators of vectors'),
     (templates, 'infer_global', 'lanes.py: operators of vectors'),
