@@ -87,11 +87,13 @@ def _load_step_ends(t, n, part, drive, motion, basics):
 
 
 @jit
-def _chord_start(n, drive, motion, basics):
-    """Return cosine and sine of the clamp's place where its chord begins; basics: the ends."""
+def _on_chord(n, part, drive, motion, basics):
+    """Return cosine and sine of the clamp's place, so far along its chord; basics: the ends."""
+    c, s = cos(basics[0, 0]), sin(basics[0, 0])
     if motion[LOAD_SPLIT] > (n + 1e-9) * drive.time_step:
-        return motion[SPLIT_CLAMP], motion[SPLIT_CLAMP + 1]
-    return cos(basics[0, 0]), sin(basics[0, 0])
+        c, s = motion[SPLIT_CLAMP], motion[SPLIT_CLAMP + 1]
+    return ((1.0 - part) * c + part * cos(basics[1, 0]),
+            (1.0 - part) * s + part * sin(basics[1, 0]))
 
 
 @jit
@@ -107,9 +109,7 @@ def split_load_step(t, drive, motion, basics):
     if part == 0.0:
         return
     part, _ = _load_step_ends(t, n, part, drive, motion, basics)
-    c, s = _chord_start(n, drive, motion, basics)
-    motion[SPLIT_CLAMP] = (1.0 - part) * c + part * cos(basics[1, 0])
-    motion[SPLIT_CLAMP + 1] = (1.0 - part) * s + part * sin(basics[1, 0])
+    motion[SPLIT_CLAMP], motion[SPLIT_CLAMP + 1] = _on_chord(n, part, drive, motion, basics)
     for i in range(RAMPED):
         motion[SPLIT_BASICS + i] = basics[0, i] + part * (basics[1, i] - basics[0, i])
     motion[LOAD_SPLIT] = t
@@ -117,7 +117,7 @@ def split_load_step(t, drive, motion, basics):
 
 @jit
 def renew_rates(t, drive, motion, basics):
-    """Let accelerations and the road's speed be those of the new ramps where a step is split."""
+    """Let accelerations be those of the new ramps where a step is split."""
     if motion[LOAD_SPLIT] == t:
         _basics_at(t, drive, motion, basics[0])
         for i in RATES:
@@ -163,9 +163,6 @@ def clamp_turn(t, drive, motion, basics, theta):
         n, part = _load_step_at(t, drive)
         if part > 0.0:
             part, _ = _load_step_ends(t, n, part, drive, motion, basics)
-            one, two = basics[0, 0], basics[1, 0]
-            theta = one + part * (two - one)
-            c, s = _chord_start(n, drive, motion, basics)
-            c = (1.0 - part) * c + part * cos(two)
-            s = (1.0 - part) * s + part * sin(two)
+            theta = basics[0, 0] + part * (basics[1, 0] - basics[0, 0])
+            c, s = _on_chord(n, part, drive, motion, basics)
     return theta, c, s

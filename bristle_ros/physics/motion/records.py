@@ -38,7 +38,7 @@ APPROACHING = 5 * RAMP      # 1 until the first command to the road
 RAMPS = 5
 RAMPED = 12
 BASICS = RAMPED + 3 * RAMPS
-RATES = (2, 5, 7, 9, 11)   # of the basics: accelerations, and the road's speed
+RATES = (2, 5, 7, 9)    # of the basics: accelerations
 
 # motion, where a command splits a load step: its time, and the loads that the step had reached
 LOAD_SPLIT = APPROACHING + 1

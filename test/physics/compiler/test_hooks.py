@@ -11,7 +11,7 @@ import operator
 from pathlib import Path
 
 from bristle_ros.physics.compiler import shortcuts
-from bristle_ros.physics.compiler.jit import _OPTIONS
+from bristle_ros.physics.compiler.jit import _OPTIONS, Called
 from bristle_ros.physics.compiler.kernel_cache import _Cache, FOLDER
 from bristle_ros.physics.motion.drive import profile_at
 from llvmlite import ir
@@ -78,7 +78,8 @@ def test_what_a_kernel_has_of_numba():
             f'the cache file of numba {numba.__version__} has no {name} (tested with {TESTED})')
     assert isinstance(profile_at._cache, _Cache), 'kernels have the cache of kernel_cache.py'
     assert isinstance(profile_at.called._cache, _Cache), 'and so has what Python calls'
-    assert isinstance(profile_at.called, CPUDispatcher), 'which is a dispatcher of numba'
+    assert type(profile_at.called) is Called, 'which takes shortcuts'
+    assert Called.__mro__[1] is CPUDispatcher, 'and is a dispatcher as numba makes it'
     assert Path(profile_at._cache.cache_path).is_relative_to(FOLDER), (
         '_cache_path of a locator still decides where code is kept')
 
