@@ -12,6 +12,8 @@ ROOT = Path(__file__).resolve().parent.parent
 # Tests run from the checkout, in this process and in the ones that they start.
 sys.path[:0] = [str(ROOT), str(ROOT / 'test')]  # the latter for what tests share
 os.environ['PYTHONPATH'] = str(ROOT)
+# Hundreds of programs are started: where Python may not keep what it compiles, each compiles it.
+os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
 # Nodes of other users of this machine's network must not be seen, nor ours by them.
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 # Processes that share the tests take turns with the numbers, so that their nodes never meet; the
