@@ -26,7 +26,7 @@ _check_threads()
 import numba  # noqa: E402  what it finds in the environment is checked before
 from numba.core.registry import CPUDispatcher  # noqa: E402
 
-from .kernel_cache import cached  # noqa: E402
+from .kernel_cache import cache_of  # noqa: E402
 from .shortcuts import shortcuts  # noqa: E402
 
 if target() in LEVELS and 'NUMBA_CPU_FEATURES' not in os.environ:
@@ -64,7 +64,13 @@ class Kernel(CPUDispatcher):
         """What Python calls."""
         dispatcher = _compiled()(self.py_func)
         dispatcher.__class__ = Called
-        return cached(dispatcher, '-called')
+        dispatcher._cache = cache_of(self.py_func, '-called')
+        return dispatcher
+
+    @functools.cached_property
+    def _cache(self):
+        """Where its code is kept; most kernels are parts of others, and nothing asks for it."""
+        return cache_of(self.py_func)
 
     def __call__(self, *arguments):
         """Run it; compile it first for such arguments."""
@@ -77,7 +83,7 @@ def jit(function):
     if numba.config.DISABLE_JIT:
         return dispatcher
     dispatcher.__class__ = Kernel
-    cached(dispatcher)
+    del dispatcher._cache   # numba's, so that the property is found
     resolve = dispatcher.get_call_template
 
     def get_call_template(args, kws):

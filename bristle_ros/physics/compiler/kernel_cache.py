@@ -16,7 +16,7 @@ import tempfile
 import llvmlite
 import numba
 from numba.core.caching import (CompileResultCacheImpl, FunctionCache, InTreeCacheLocator,
-                                IndexDataCacheFile)
+                                IndexDataCacheFile, NullCache)
 
 DIGEST = 16     # [bytes] of what each file ends in
 SOURCES = sorted(Path(__file__).resolve().parents[1].rglob('*.py'))  # every kernel is in there
@@ -97,6 +97,16 @@ class _Checked(FunctionCache):
             return load(name)
 
         file._dump, file._load_data = dump_checked, load_checked
+
+    def load_overload(self, sig, target_context):
+        """
+        Return what is there, or None.
+
+        numba's own prepares to compile first, which takes a third of a warm start, and scipy's
+        BLAS; what does compile prepares by itself.
+        """
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
     def names(self, sig, codegen):
         """Whether a file of this kernel is said to be there."""
@@ -214,10 +224,8 @@ class _Cache(_Checked):
             yield
 
 
-def cached(dispatcher, mark=''):
-    """Give a dispatcher of numba's this cache, where there is one; return it."""
+def cache_of(function, mark=''):
+    """Return the cache of a kernel's code; `mark` tells variants of one function apart."""
     if FOLDER:
-        dispatcher._cache = _Cache(dispatcher.py_func, mark)
-    elif SHIPPED.is_dir():
-        dispatcher._cache = _Shipped(dispatcher.py_func, mark)
-    return dispatcher
+        return _Cache(function, mark)
+    return _Shipped(function, mark) if SHIPPED.is_dir() else NullCache()

@@ -1,6 +1,7 @@
 """The cache of compiled kernels: damaged, not writable, full; and settings numba chokes on."""
 import os
 import resource
+import shutil
 import subprocess
 import sys
 
@@ -39,6 +40,23 @@ def filled(tmp_path_factory):
     value, hits, misses = done.stdout.split()
     assert (hits, misses) == ('0', '1')
     return home, value
+
+
+def test_a_warm_start_prepares_nothing_that_only_compiling_needs(filled):
+    home, value = filled
+    needed = '\nimport sys\nprint({"numba.np.arraymath", "scipy.linalg"} & {*sys.modules})'
+    assert run(home, PROGRAM + needed).stdout.splitlines() == [f'{value} 1 0', 'set()']
+
+
+def test_what_was_loaded_first_does_not_keep_others_from_compiling(filled, tmp_path):
+    home, value = filled
+    done = run(shutil.copytree(home, tmp_path / 'home'), PROGRAM + """
+import numba
+import numpy as np
+print(sum(profile_at(0.01, SINE, 0.5, 9, 0.08)), *map(len, profile_at.called.stats[1:]))
+print(numba.njit(lambda a, b: np.dot(a, b))(np.eye(2), np.ones((2, 2))).sum())
+""")
+    assert done.stdout.splitlines() == [f'{value} 1 0', f'{value} 1 1', '4.0']
 
 
 def half(content):
