@@ -5,7 +5,8 @@ All that is compared with each other is a group. In each round every setting of 
 once, each program in a process of its own, all on the same core and never two at a time. Before
 and after each timing a calibration loop runs in the same process: where it takes longer than its
 best, or the timing itself waited for its core, the machine was disturbed; then the timing is done
-again, a few times, and where that does not help it is kept and marked.
+again, a few times, and where that does not help it is kept and marked. On a machine that is never
+quiet doing it again is in vain: it takes no more than AGAIN_SHARE of a group's time.
 """
 from contextlib import contextmanager
 import time
@@ -19,6 +20,7 @@ LOOPS = 3               # of which the best counts
 SLOW = 1.15             # times the best calibration: from there on a timing is disturbed
 WAITED = 0.05           # share of a timing in which the process did not run
 AGAIN = 2               # more attempts at a disturbed timing
+AGAIN_SHARE = 0.5       # of a group's run time so far: when more attempts have taken it they end
 ALL_CORES = 'bristle_ros on all cores'    # the one program that is not kept on one
 LONG = 4.0          # [s] from which on it is not: the report has to end
 SHORT = 0.02            # [s] below which a run is repeated until it has lasted as long
@@ -96,15 +98,18 @@ class Timer:
         return {'wall': wall / timed.per, 'slow': max(before, after) / self.best,
                 'waited': waited}
 
-    def _sample(self, timed):
+    def _sample(self, timed, spent):
+        """Return the least disturbed of some samples, or Failed; spent: [first, more] [s]."""
         kept = None
-        for _ in range(1 + AGAIN):
+        for attempt in range(1 + AGAIN):
             sample = self._once(timed)
             if isinstance(sample, Failed):
                 return sample
+            spent[attempt > 0] += sample['wall'] * timed.per
             if kept is None or _disturbance(sample) < _disturbance(kept):
                 kept = sample
-            if not is_disturbed(kept) or sample['wall'] * timed.per > LONG:
+            if (not is_disturbed(kept) or sample['wall'] * timed.per > LONG
+                    or spent[1] > AGAIN_SHARE * spent[0]):
                 break
         return kept
 
@@ -118,14 +123,14 @@ class Timer:
         for program in dict.fromkeys(each.program for each in timed):
             first = self._worker(program).call(calibrate)
             self.best = min(self.best or first, first)
-        samples = {each.key: [] for each in timed}
+        samples, spent = {each.key: [] for each in timed}, [0.0, 0.0]
         for round_ in range(repeats):
             for number, each in enumerate(timed):
                 if each.key not in samples:
                     continue
                 self._progress(f'timing, round {round_ + 1} of {repeats}: {each.key} '
                                f'({number + 1} of {len(timed)})')
-                sample = self._sample(each)
+                sample = self._sample(each, spent)
                 if isinstance(sample, Failed):
                     del samples[each.key]
                     continue
