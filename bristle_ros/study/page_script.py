@@ -6,7 +6,7 @@ body {font: 15px/1.45 system-ui, sans-serif; max-width: 1280px; margin: 1.5em au
 h1 {font-size: 1.5em} h2 {font-size: 1.15em; margin-top: 1.8em; border-bottom: 1px solid #ccc}
 .answer {font-size: 1.1em; margin: .4em 0} .note {color: #555; font-size: 13px}
 .plots {display: flex; flex-wrap: wrap; gap: 8px} .plots > div {flex: 1 1 420px; min-width: 0}
-#response, #map {height: 400px} #parallel {height: 430px}
+#response, #map {height: 400px} #parallel {height: 430px; overflow-x: auto}
 .controls label {margin-right: .8em; white-space: nowrap} select {max-width: 100%}
 .scroll {overflow: auto; max-height: 480px} pre {overflow-x: auto; background: #f6f6f6}
 table {border-collapse: collapse; font-size: 13px} td, th {border: 1px solid #ccc;
@@ -88,7 +88,9 @@ function draw() {
     line: {color: at(m, done).map(v => v === null ? 0 : v), colorscale: 'Viridis',
            showscale: !narrow()},
     labelangle: narrow() ? -25 : -12, labelfont: {size: narrow() ? 9 : 12}}],
-    layout({margin: {l: 70, r: 50, t: 90, b: 20}}), options);
+    layout({margin: {l: 70, r: 50, t: 90, b: 20}, height: 410, autosize: !narrow(),
+    // room for each key's name: it scrolls sideways
+    width: narrow() ? Math.max(innerWidth - 20, 100 * axes.length) : undefined}), options);
   bars(m);
 }
 
