@@ -13,14 +13,14 @@ class Part(NamedTuple):
 
 
 PARTS = {
-    'precision': Part('precision.measure', 'precision.show', 25, 300),
-    'road': Part('road.measure', 'road.show', 25, 600),
-    'estimate': Part('precision.estimate', 'precision.estimate', 6, 40),
-    'peers': Part('peers.comparison', 'peers.show', 1, 500),
-    'stability': Part('stability.campaign', 'stability.show', 25, 500),
-    'cost': Part('lean.measure', 'lean.show', 20, 120),
-    'paper': Part('paper.measure', 'paper.show', 25, 400),
-    'theory': Part('paper.theory', 'paper.theory', 10, 30),
+    'precision': Part('precision.measure', 'precision.show', 25, 100),
+    'road': Part('road.measure', 'road.show', 25, 500),
+    'estimate': Part('precision.estimate', 'precision.estimate', 6, 5),
+    'peers': Part('peers.comparison', 'peers.show', 1, 1600),
+    'stability': Part('stability.campaign', 'stability.show', 25, 1200),
+    'cost': Part('lean.measure', 'lean.show', 20, 90),
+    'paper': Part('paper.measure', 'paper.show', 25, 110),
+    'theory': Part('paper.theory', 'paper.theory', 10, 10),
 }
 
 
