@@ -32,15 +32,19 @@ WANTED = 1.5        # [N]
 
 
 def side_force(log):
-    """Return times [s], force to the right [N], and when the last command and stop came [s]."""
-    its, times, forces, last = Recording(log).integration_time_step, [], [], {}
+    """Return times [s], force to the right [N], when the last command and the stop came [s]."""
+    its, times, forces, came, stops = Recording(log).integration_time_step, [], [], [], []
     for entry in Recording(log).entries():
+        t = entry.step * its
         if entry.name == 'contact_wrench':
-            times.append(entry.step * its)
+            times.append(t)
             forces.append(-FORCE(entry.message.data)[1])
-        elif entry.name == EVENTS:
-            last[decode_event(entry.message.data).get('event')] = entry.step * its
-    return np.array(times), np.array(forces), last['command'], last['timeout']
+        elif entry.name == 'cmd_vel':
+            came.append(t)
+        elif entry.name == EVENTS and decode_event(entry.message.data).get('event') == 'timeout':
+            stops.append(t)
+    # the stop itself is logged as a command of zeros
+    return np.array(times), np.array(forces), max(t for t in came if t < stops[-1]), stops[-1]
 
 
 def test_the_kerb_is_found_and_followed(scene, user, tmp_path):
