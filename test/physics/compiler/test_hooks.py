@@ -29,6 +29,9 @@ TESTED = '0.68.1'   # of numba: what requirements.txt pins, and what these hooks
 HOOKS = [
     (caching, 'FunctionCache', 'kernel_cache.py: a cache that trusts no file'),
     (caching.FunctionCache, 'load_overload', 'kernel_cache.py: a damaged file is compiled anew'),
+    (caching.FunctionCache, '_load_overload', 'kernel_cache.py: loads, and prepares nothing'),
+    (caching.FunctionCache, '_guard_against_spurious_io_errors', 'kernel_cache.py: as it does'),
+    (caching, 'NullCache', 'kernel_cache.py: no cache at all'),
     (caching.FunctionCache, 'save_overload', 'kernel_cache.py: one process at a time saves'),
     (caching.IndexDataCacheFile, '_dump', 'kernel_cache.py: a checksum goes behind the content'),
     (caching.IndexDataCacheFile, '_load_data', 'kernel_cache.py: and is compared'),
