@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import yaml
 
+METADATA = 'metadata.yaml'  # written when all files are complete
 PART = 'bristle_ros.part'   # metadata record: which file of its log a file is
 _FOREVER = {'sec': 9223372036, 'nsec': 854775807}
 QOS = [{
@@ -101,8 +102,8 @@ def serialized(information):
 
 def write_metadata(directory, information):
     """Write `metadata.yaml`, whole or not at all."""
-    path = directory / 'metadata.yaml'
-    part = directory / '.metadata.yaml.part'
+    path = directory / METADATA
+    part = directory / f'.{METADATA}.part'
     try:
         with open(part, 'w', encoding='utf-8') as stream:
             stream.write(_dump({'rosbag2_bagfile_information': information}))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from bristle_ros.messages import decode_scene, encode as messages, SCENE
 from bristle_ros.scene import from_parameters, read_file, SceneError
 
-from .bag_metadata import PART
+from .bag_metadata import METADATA, PART
 from .reader import Attachment, McapReader, Message, Metadata
 from .writer import CONTRACT_NAME
 
@@ -110,6 +110,12 @@ class Recording:
             elif reader.cut:
                 self.cut = f'{file}: {reader.cut}'
             self.damage += [f'{file}: {text}' for text in reader.damage]
+        if part is not None and not self.cut and self._has_no_last_file():
+            self.cut = (f'{self.path}: without {METADATA}, which is written last; it may have '
+                        'been cut off between two files')
+
+    def _has_no_last_file(self):
+        return self.path.is_dir() and not (self.path / METADATA).exists()
 
     def _follow(self, file, before, number):
         """Return the part that this file is, after telling whether any is missing before it."""

@@ -2,12 +2,13 @@
 from collections import Counter
 import errno
 import os
+import shutil
 import signal
 import subprocess
 import sys
 
 from bristle_ros.log import output as mcap_output
-from bristle_ros.log.bag_metadata import PART
+from bristle_ros.log.bag_metadata import METADATA, PART
 from bristle_ros.log.reader import McapReader, Message, Metadata
 from bristle_ros.log.recording import Recording
 from bristle_ros.log.writer import Log
@@ -127,6 +128,7 @@ def test_a_destroyed_part_does_not_hide_the_others(run, tmp_path):
         if file.name == 'run_1.mcap':
             content = bytes(len(content))
         (tmp_path / 'run' / file.name).write_bytes(content)
+    shutil.copy(path / METADATA, tmp_path / 'run')
     result = recover(tmp_path / 'run')
     assert 'run_1.mcap' in result.lost[0]
     left = counts_of([files_of(path)[0], files_of(path)[2]], read_with_mcap)
@@ -180,6 +182,42 @@ def test_a_killed_one_is_recovered_file_by_file(tmp_path):
     merged = recover(tmp_path / 'run', tmp_path / 'one.mcap')
     assert sum(read_with_mcap(merged.output).values()) == len(entries)
     assert Recording(merged.output).scene == SPLIT
+
+
+KILLED_BETWEEN = """
+import os, signal
+from bristle_ros.log import bag
+
+class Last(bag.McapFile):
+    def __init__(self, path, compression):
+        if str(path).endswith('_2.mcap'):
+            os.kill(os.getpid(), signal.SIGKILL)
+        super().__init__(path, compression)
+
+bag.McapFile = Last
+"""
+
+
+def test_one_that_was_killed_between_two_files_is_cut_off(tmp_path):
+    text = WRITER.replace('{PARAMETERS}', repr(PARAMETERS).replace('inf', "float('inf')"))
+    process = subprocess.run([sys.executable, '-c', KILLED_BETWEEN + text, tmp_path / 'run'],
+                             cwd=os.path.dirname(os.path.dirname(__file__)),
+                             stdout=subprocess.DEVNULL)
+    assert process.returncode == -signal.SIGKILL
+    assert sorted(os.listdir(tmp_path / 'run')) == ['run_0.mcap', 'run_1.mcap']
+    recording = Recording(tmp_path / 'run')
+    entries = list(recording.entries())
+    assert 'without metadata.yaml' in recording.cut
+    assert not recording.damage
+    for file in files_of(tmp_path / 'run'):     # each by itself is whole
+        part = Recording(file)
+        assert list(part.entries())
+        assert not part.cut
+    result = recover(tmp_path / 'run')
+    assert result.lost == [recording.cut]
+    again = Recording(result.output)
+    assert len(list(again.entries())) == result.messages == len(entries)
+    assert not again.cut
 
 
 def test_no_room_for_another_file_ends_the_log(tmp_path, monkeypatch):
