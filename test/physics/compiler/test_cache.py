@@ -1,5 +1,6 @@
 """The cache of compiled kernels: damaged, not writable, full; and settings numba chokes on."""
 import os
+import pickle
 import resource
 import shutil
 import subprocess
@@ -57,6 +58,24 @@ print(sum(profile_at(0.01, SINE, 0.5, 9, 0.08)), *map(len, profile_at.called.sta
 print(numba.njit(lambda a, b: np.dot(a, b))(np.eye(2), np.ones((2, 2))).sum())
 """)
     assert done.stdout.splitlines() == [f'{value} 1 0', f'{value} 1 1', '4.0']
+
+
+def machine_code(path):
+    """Return the object file in what numba keeps of a kernel."""
+    (_, kind, (code, bitcode)), *_ = pickle.loads(path.read_bytes())
+    assert kind == 'object'
+    assert b'vap_quarter' in bitcode
+    return code
+
+
+def test_a_kernel_that_python_does_not_call_is_kept_without_machine_code(filled, tmp_path):
+    home, value = filled
+    (inner,) = home.rglob('drive.vap_quarter-*.nbc')
+    assert len(machine_code(inner)) < 1000 < len(machine_code(files(home)[1]))
+    home = shutil.copytree(home, tmp_path / 'home')
+    for file in files(home):
+        file.unlink()
+    assert run(home).stdout.split() == [value, '0', '1']    # of what was kept of the inner one
 
 
 def half(content):

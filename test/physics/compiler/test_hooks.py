@@ -45,6 +45,10 @@ HOOKS = [
     (numba.config, 'DISABLE_JIT', 'jit.py, lanes.py, work_queue.py: kernels as plain Python'),
     (codegen.CPUCodeLibrary, '_optimize_functions', 'shortcuts.py: no passes over functions'),
     (codegen.CPUCodeLibrary, '_optimize_final_module', 'shortcuts.py: one round of passes'),
+    (numba.core.ir.Inst, '_rec_list_vars', 'shortcuts.py: variables in a statement'),
+    (codegen.CPUCodeLibrary, '_finalize_final_module', 'shortcuts.py: machine code of few'),
+    (codegen.CPUCodeLibrary, '_set_compiled_object', 'shortcuts.py: in place of machine code'),
+    (codegen.CPUCodeLibrary, '_object_getbuffer_hook', 'shortcuts.py: takes it from there'),
     (codegen.CPUCodegen, '_module_pass_manager', 'shortcuts.py: that round'),
     (targetconfig.TargetConfig, 'options', 'shortcuts.py: all options and their defaults'),
     (functions.BaseFunction, 'get_call_type', 'shortcuts.py: types of operators'),
@@ -123,14 +127,35 @@ def scope():
 def test_a_copied_scope_is_that_of_deepcopy(scope):
     memo = {}
     plain, short = copy.deepcopy(scope), shortcuts.copy_scope(scope, memo)
-    assert short == plain
-    assert len(short.localvars) > 10
+    assert memo[id(scope)] is short
+    assert len(short.localvars) == len(plain.localvars) > 10
     assert short.var_redefinitions == plain.var_redefinitions != {}
-    for name, variable in scope.localvars._con.items():
-        assert memo[id(variable)] is short.localvars.get(name) is not variable
-        assert short.localvars.get(name).scope is short
+    for name, variable in plain.localvars._con.items():
+        found = short.localvars.get(name)
+        assert (found.name, found.loc) == (variable.name, variable.loc)
     short.redefine(next(iter(short.localvars._con)), short.loc)
-    assert short != scope
+    assert len(short.localvars) == len(scope.localvars) + 1
+
+
+def test_blocks_are_copied_with_their_scope():
+    block = next(iter(compiler.run_frontend(profile_at.py_func).blocks.values()))
+    with shortcuts.shortcuts():
+        copied = copy.deepcopy(block)
+    assert copied.scope is not block.scope
+    names = [variable.name for line in block.body for variable in line.list_vars()]
+    variables = [variable for line in copied.body for variable in line.list_vars()]
+    assert [variable.name for variable in variables] == names != []
+    assert all(variable.scope is copied.scope for variable in variables)
+
+
+def test_statements_list_the_variables_that_numba_finds():
+    blocks = compiler.run_frontend(profile_at.py_func).blocks
+    lines = [line for block in blocks.values() for line in block.body]
+    plain = [line.list_vars() for line in lines]
+    with shortcuts.shortcuts():
+        assert [line.list_vars() for line in lines] == plain
+    assert sum(map(len, plain)) > 100
+    assert max(map(len, plain)) > 2
 
 
 def test_options_are_compared_as_numba_does():
