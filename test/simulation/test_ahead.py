@@ -42,9 +42,9 @@ def test_it_is_started_where_a_core_is_free_and_something_is_missing(monkeypatch
     monkeypatch.setattr(ahead, 'parts_of', lambda scene: [()])
     monkeypatch.setattr(ahead, 'is_cached', lambda call: False)
     monkeypatch.setattr(os, 'sched_getaffinity', lambda process: {0, 1})
-    cases = ((0.5, {}, 1), (1.5, {}, 0), (0.5, {ahead.HELPING: '1'}, 0))
-    for load_average, others, count in cases:
-        monkeypatch.setattr(os, 'getloadavg', lambda one=load_average: (one, 0.0, 0.0))
+    cases = ((1, {}, 1), (2, {}, 0), (1, {ahead.HELPING: '1'}, 0))
+    for running, others, count in cases:
+        monkeypatch.setattr(ahead, 'running', lambda running=running: running)
         for name, value in others.items():
             monkeypatch.setenv(name, value)
         started.clear()
@@ -53,6 +53,15 @@ def test_it_is_started_where_a_core_is_free_and_something_is_missing(monkeypatch
             with ahead.compiling_ahead(scene):
                 pass
         assert len(started) == count
+
+
+def test_running_threads_are_counted(monkeypatch, tmp_path):
+    assert 1 <= ahead.running() < 1000
+    (tmp_path / 'load').write_text('0.47 1.24 1.51 3/77 18207\n')
+    monkeypatch.setattr(ahead, 'LOAD', tmp_path / 'load')
+    assert ahead.running() == 3
+    monkeypatch.setattr(ahead, 'LOAD', tmp_path / 'none')
+    assert ahead.running() > 1000   # where nothing says it, no process is started
 
 
 def test_one_that_cannot_be_started_is_done_without(monkeypatch):
