@@ -19,8 +19,7 @@ from bristle_ros.physics.compiler import Call, compile_for, is_cached
 from bristle_ros.physics.step import parts_of_step
 from bristle_ros.scene import from_parameters, Scene, to_parameters, with_contents
 
-from .model import (build_models, build_state, contact_law, new_scratch, touches_anywhere,
-                    viscosity_of)
+from .model import build_models, build_state, contact_law, new_scratch, viscosity_of
 
 _known: set[object] = set()     # kinds of scenes that this process has looked up
 
@@ -34,9 +33,9 @@ PACKAGE = Path(__file__).resolve().parents[2]
 def parts_of(scene: Scene) -> list[Call]:
     """Return the parts of a scene's step that are compiled by themselves."""
     models = build_models(scene)
-    return parts_of_step(models[0], contact_law(scene), viscosity_of(scene),
-                         build_state(scene, models[0]),
-                         new_scratch(models[0], touches_anywhere(scene)))
+    law = contact_law(scene)
+    return parts_of_step(models[0], law, viscosity_of(scene), build_state(scene, models[0]),
+                         new_scratch(models[0], law))
 
 
 def kind_of(scene: Scene) -> tuple[object, ...]:

@@ -10,8 +10,7 @@ from bristle_ros.scene import Scene, SceneError
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import (build_models, build_state, contact_law, new_scratch, rows_of, states_of,
-                    touches_anywhere)
+from .model import (build_models, build_state, contact_law, new_scratch, rows_of, states_of)
 from .observe import observe_rows
 from .run_warnings import BESIDE
 
@@ -86,7 +85,7 @@ def static_equilibrium(scene: Scene) -> Equilibrium:
     """
     models = tuple(model._replace(displacement=False) for model in build_models(scene))
     state = build_state(scene, *models)
-    scratch = new_scratch(models[0], touches_anywhere(scene))
+    scratch = new_scratch(models[0], contact_law(scene))
     state.motion[APPROACHING] = 0.0
     state.motion[PENETRATION + 1:PENETRATION + 3] = scene.road.penetration
     settle_state(scene, models, state, scratch)

@@ -7,7 +7,8 @@ the State; a brush of one row costs what it would without rows.
 from itertools import accumulate, pairwise
 import math
 
-from bristle_ros.physics.contact import COLUMN, CONTACT, ContactLaw, MOST, POINT, TIP, Wire
+from bristle_ros.physics.contact import (COLUMN, CONTACT, ContactLaw, MOST, POINT, TIP,
+                                         WAVES, Wire)
 from bristle_ros.physics.motion import (ADDED, APPROACHING, BASICS, CONSTANT, Drive, END, FORWARD,
                                         FRAME, HUB, Hub, LASTS, LEFT, MOVED, new_motion, SINE,
                                         SPEED, START, STARTED, TURNING, VAP)
@@ -36,6 +37,8 @@ WORST_UNEVEN = 5e-7
 HALVINGS = 4            # for the sake of that, at most: what rings within a step stays affordable
 SAMPLES = 4             # parts of an element in which the nearest place to the road is looked for
 MOST_SAMPLES = 32
+PLACES = 1 << 14        # of the road at which heights of its waves are kept
+NOWHERE = -(1 << 62)    # no place
 PROFILES = {'constant': CONSTANT, 'sine': SINE, 'vap': VAP}
 
 
@@ -235,8 +238,12 @@ def _aligned(*shape: int) -> NDArray[np.float64]:
     return room[first:first + size].reshape(shape)
 
 
-def new_room(model: Model) -> Room:
-    """Return the room in which the contact of several points is worked out."""
+def new_room(model: Model, places: int = 0) -> Room:
+    """
+    Return the room in which the contact of several points is worked out.
+
+    places : int    of the road at which heights are kept, a power of two, or 0
+    """
     most, elements = min(model.elements + 1, MOST), model.elements
     return Room(
         np.zeros(most, np.int64), np.zeros(1, np.int64), np.zeros(most, np.int64),
@@ -245,22 +252,25 @@ def new_room(model: Model) -> Room:
         np.zeros((most, CONTACT)), np.zeros((most, 3)), np.zeros(1),
         np.zeros((2 * elements + 1, 3)),
         np.zeros((2 * elements + 1, 3)), np.zeros(elements, np.int64),
-        np.zeros((elements, POINT)))
+        np.zeros((elements, POINT)), np.full(places, NOWHERE), np.zeros(places))
 
 
-def new_scratch(model: Model, wire: bool = False) -> Scratch:
+def new_scratch(model: Model, law: ContactLaw | None = None) -> Scratch:
     """
     Return the room that kernels work in; threads that share a queue share one's table.
 
-    wire : bool     the road may touch the wire anywhere
+    law : ContactLaw, or None where only what the contact does not need is called for
     """
+    wire = law is not None and law.wire is not None
+    profile = law.surface.profile if law is not None and law.surface is not None else None
+    places = PLACES if profile is not None and profile.kind == WAVES else 0
     return Scratch(_aligned(chain_work().size), np.zeros((9, 16)), np.zeros((3, FRAME)),
                    np.zeros(FRAME), np.zeros((2, FRAME)), np.zeros((2, BASICS)),
                    np.zeros((BATCH * PARTS + 1, FRAME)), np.zeros(BATCH * PARTS + 1, np.int64),
                    _aligned(model.blocks, BLOCK),
                    np.zeros(TIP), np.zeros((model.elements if wire else 0, POINT)),
                    np.zeros(AUDIT), np.zeros((2 * BATCH + 1, FRAME)), np.zeros(3, np.int64),
-                   new_room(model) if wire else None)
+                   new_room(model, places) if wire else None)
 
 
 def straight_nodes(scene: Scene, row: Row, model: Model) -> NDArray[np.float64]:

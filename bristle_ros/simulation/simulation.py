@@ -22,7 +22,7 @@ from .commands import BRAKING, check_command, CommandRefused, Values
 from .driven import DrivenStepper, jump_torque, start_hub
 from .equilibrium import settle_state
 from .model import (build_models, build_state, check_start, contact_law, local_error_of,
-                    new_scratch, ready_to_carry, rows_of, states_of, touches_anywhere, turn_nodes,
+                    new_scratch, ready_to_carry, rows_of, states_of, turn_nodes,
                     viscosity_of)
 from .jump import jump_accelerations
 from .mount import Mount
@@ -88,7 +88,7 @@ class Simulation:
         models = build_models(scene)
         self._law = contact_law(scene)
         self._viscosity = viscosity_of(scene)
-        self._scratch = new_scratch(models[0], touches_anywhere(scene))
+        self._scratch = new_scratch(models[0], self._law)
         self.bristles = sum(model.bristles for model in models)
         self._rows = np.zeros((self.bristles, output.BRISTLE_COLUMNS))
         self._totals = np.zeros(output.TOTALS)

@@ -49,9 +49,8 @@ class Stepper:
         self.threads = max(1, min(available, self._bristles // SHARE))
         self._queues = np.zeros((len(models), 1), np.int64)
         # each thread's, for each row: frames have the row's clamp
-        wire = law is not None and law.wire is not None
         tables = [new_scratch(model).table for model in models]
-        self._scratch = [[new_scratch(model, wire)._replace(table=table)
+        self._scratch = [[new_scratch(model, law)._replace(table=table)
                           for model, table in zip(models, tables)] for _ in range(self.threads)]
         self._begin_extremes(True)
         self._pool: ThreadPoolExecutor | None = None

@@ -6,6 +6,7 @@ from bristle_ros.scene import cross_section, gutter_friction, Scene, spline, wav
 import numpy as np
 
 KINDS = {'sine': SINE, 'iso8608': WAVES, 'file': SPLINE}
+PLACES_A_WAVE = 40      # heights that are kept of the shortest wave
 LANES = 8       # cosines that are evaluated together
 
 
@@ -26,8 +27,11 @@ def _profile(scene: Scene) -> Profile:
     profile = scene.profile
     cosines = _waves(scene) if profile.kind == 'iso8608' else np.zeros(0)
     curve = np.array(spline(profile)) if profile.kind == 'file' else np.zeros((3, 0))
+    spacing = profile.shortest / PLACES_A_WAVE
+    amplitude, wave_number, _ = cosines.reshape(3, -1)
+    steepest = np.sum(amplitude * (2.0 * math.pi * wave_number) ** 2)   # second derivative
     return Profile(KINDS[profile.kind], profile.amplitude, 1.0 / profile.wavelength,
-                   profile.phase, cosines, curve)
+                   profile.phase, cosines, curve, spacing, float(steepest * spacing ** 2 / 8.0))
 
 
 def _waves(scene: Scene) -> np.ndarray:

@@ -43,11 +43,19 @@ def browser(tmp_path_factory):
     made.quit()
 
 
+def load(browser, address):
+    """Load the page, all of it: on a busy machine parts were missing when `get` came back."""
+    from selenium.webdriver.support.wait import WebDriverWait
+    browser.get(address)
+    WebDriverWait(browser, 60).until(
+        lambda browser: browser.execute_script('return document.readyState') == 'complete')
+
+
 @pytest.mark.parametrize('width', [500, 1280])
 def test_the_page_is_legible(browser, address, width):
     browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', {
         'width': width, 'height': 900, 'deviceScaleFactor': 1, 'mobile': False})
-    browser.get(address)
+    load(browser, address)
     assert browser.execute_script('return innerWidth') == width
     browser.execute_script('document.querySelectorAll("details").forEach(d => d.open = true)')
     assert browser.execute_script(
@@ -60,10 +68,10 @@ def test_the_page_is_legible(browser, address, width):
 
 
 def test_tables_sort_and_anchors_lead_somewhere(browser, address):
-    browser.get(address)
+    load(browser, address)
     assert browser.execute_script("""
         return [...document.querySelectorAll('a[href^="#"]')].filter(
-            link => !document.getElementById(link.hash.slice(1))).length;""") == 0
+            link => !document.getElementById(link.hash.slice(1))).map(link => link.hash);""") == []
     rows = """
         const table = document.querySelector('table[aria-label^="What each feature costs"]');
         table.querySelectorAll('th button')[1].click();
@@ -76,7 +84,7 @@ def test_tables_sort_and_anchors_lead_somewhere(browser, address):
 
 
 def test_the_check_can_fail(browser, address):
-    browser.get(address)
+    load(browser, address)
     browser.execute_script('document.body.insertAdjacentHTML("beforeend", '
                            '"<p style=\\"width: 3000px\\">wide</p>")')
     assert browser.execute_script(WIDE)

@@ -10,7 +10,7 @@ from bristle_ros.physics.motion import CLAMP, HEIGHT, ROTATION
 from bristle_ros.physics.wire import ELEMENTS, LANES, NODE_FORCE, X
 
 from .curved import place_of
-from .surface import gap_at
+from .surface import gap_at, least_gap_at
 
 ROOT_STEPS = 40
 PLACED = 1e-9       # xi at which a minimum is found
@@ -41,15 +41,22 @@ def fill_line(s, rows, elements, frame, line):
 
 
 @jit
+def _place_on(line, e, xi):
+    """Return the place xi of element e (3) [m]."""
+    n0, n1, n2 = 0.5 * xi * (xi - 1.0), 1.0 - xi * xi, 0.5 * xi * (xi + 1.0)
+    at = 2 * e
+    return (n0 * line[at, 0] + n1 * line[at + 1, 0] + n2 * line[at + 2, 0],
+            n0 * line[at, 1] + n1 * line[at + 1, 1] + n2 * line[at + 2, 1],
+            n0 * line[at, 2] + n1 * line[at + 1, 2] + n2 * line[at + 2, 2])
+
+
+@jit
 def gap_along(surface, line, e, xi, sums):
     """Return the gap at a place on element e [m], and its derivative by xi."""
-    n0, n1, n2 = 0.5 * xi * (xi - 1.0), 1.0 - xi * xi, 0.5 * xi * (xi + 1.0)
+    x, y, z = _place_on(line, e, xi)
+    gap, m1, m2, m3, _ = gap_on(surface, x, y, z, sums)
     d0, d1, d2 = xi - 0.5, -2.0 * xi, xi + 0.5
     at = 2 * e
-    gap, m1, m2, m3, _ = gap_on(
-        surface, n0 * line[at, 0] + n1 * line[at + 1, 0] + n2 * line[at + 2, 0],
-        n0 * line[at, 1] + n1 * line[at + 1, 1] + n2 * line[at + 2, 1],
-        n0 * line[at, 2] + n1 * line[at + 1, 2] + n2 * line[at + 2, 2], sums)
     return gap, (m1 * (d0 * line[at, 0] + d1 * line[at + 1, 0] + d2 * line[at + 2, 0])
                  + m2 * (d0 * line[at, 1] + d1 * line[at + 1, 1] + d2 * line[at + 2, 1])
                  + m3 * (d0 * line[at, 2] + d1 * line[at + 1, 2] + d2 * line[at + 2, 2]))
@@ -160,8 +167,8 @@ def mark_near(surface, elements, element_length, room, sums):
     k = 1
     while k < 4 * elements:
         e = elements - 1 - k // 4
-        gap, _ = gap_along(surface, line, e, 1.0 - 0.5 * (k % 4), sums)
-        spare = gap - 0.55 * quarter
+        x, y, z = _place_on(line, e, 1.0 - 0.5 * (k % 4))
+        spare = least_gap_at(surface, x, y, z, room, sums) - 0.55 * quarter
         if spare <= 0.0:
             near[e] = 1
             if k % 4 == 0 and e + 1 < elements:

@@ -94,10 +94,12 @@ class Room(NamedTuple):
     begun: NDArray[np.float64]      # (2 elements + 1, 3) [m] the same at the step's start
     near: NDArray[np.int64]         # (elements,) 1: may be at the road
     kept: NDArray[np.float64]       # (elements, POINT) the points before the step
+    places: NDArray[np.int64]       # (2^k,) which place of the profile's waves is kept; or (0,)
+    heights: NDArray[np.float64]    # (2^k,) [m] height of the profile there
 
 
 class Scratch(NamedTuple):
-    """Room that a step works in; nothing in it outlives the call."""
+    """Room that a step works in; nothing in it outlives the call but heights of the road."""
 
     work: NDArray[np.float64]       # (CHAIN_WORK,)
     contact: NDArray[np.float64]    # (9, 16)

@@ -1,7 +1,8 @@
 """The surface of the road: distances and normals against what they mean."""
 import math
+from typing import NamedTuple
 
-from bristle_ros.physics.contact.surface import gap_at, profile_height
+from bristle_ros.physics.contact.surface import gap_at, least_gap_at, profile_height
 from bristle_ros.scene.scene import Scene
 from bristle_ros.scene.surface import Gutter, Profile
 from bristle_ros.simulation.surface import surface_of
@@ -139,3 +140,37 @@ def test_gap_vanishes_on_the_surface_and_its_gradient_is_the_normal(gutter, prof
              - gap_at(both, *(np.array((x, y, z)) - e * axis), SUMS)[0]) / (2.0 * e)
             for axis in np.eye(3)]
         assert np.abs(np.array(by_difference) - normal).max() < 2e-5
+
+
+class Kept(NamedTuple):
+    """What `least_gap_at` needs of a Room."""
+
+    places: np.ndarray
+    heights: np.ndarray
+
+
+@pytest.mark.parametrize(('gutter', 'roughness'), [(None, 'C'), (KERB, 'C'), (None, 'F')])
+def test_kept_heights_bound_the_gap_from_below_and_closely(gutter, roughness):
+    """So few places that each is taken over and over, behind the origin and far before it."""
+    profile = Profile(kind='iso8608', shortest=0.02, seed=7, roughness_class=roughness)
+    road, kept = surface(gutter, profile), Kept(np.full(64, -(1 << 62)), np.zeros(64))
+    rng = np.random.default_rng(3)
+    found = 0
+    for x, y, above in zip(rng.uniform(-300.0, 300.0, 3000), rng.uniform(-0.1, 0.3, 3000),
+                           rng.uniform(0.0, 0.03, 3000)):
+        z = profile_height(road.profile, x, SUMS)[0] + above
+        gap = gap_at(road, x, y, z, SUMS)[0]
+        if gap > 0.0:
+            least = least_gap_at(road, x, y, z, kept, SUMS)
+            assert 0.75 * gap - 2.0 * road.profile.off < least <= gap
+            assert least_gap_at(road, x, y, z, kept, SUMS) == least     # of what is kept now
+            found += 1
+    assert found > 1000
+    assert 0 < road.profile.off < (2e-5 if roughness == 'C' else 2e-4)
+
+
+@pytest.mark.parametrize('profile', [None, SINE])
+def test_where_no_heights_are_kept_the_gap_is_exact(profile):
+    road, kept = surface(KERB, profile), Kept(np.zeros(0, int), np.zeros(0))
+    for point in np.random.default_rng(4).uniform((-1.0, -0.1, 0.0), (1.0, 0.3, 0.1), (50, 3)):
+        assert least_gap_at(road, *point, kept, SUMS) == gap_at(road, *point, SUMS)[0]
