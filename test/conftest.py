@@ -14,6 +14,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / 'test')]  # the latter for what tests shar
 os.environ['PYTHONPATH'] = str(ROOT)
 # Hundreds of programs are started: where Python may not keep what it compiles, each compiles it.
 os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
+os.environ['BRISTLE_ROS_COMPILING_AHEAD'] = '1'  # both cores are busy: no process more to compile
 # Nodes of other users of this machine's network must not be seen, nor ours by them.
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 # Processes that share the tests take turns with the numbers, so that their nodes never meet; the

@@ -13,7 +13,6 @@ import os
 from pathlib import Path
 import subprocess
 import sys
-import time
 
 from bristle_ros.physics.compiler import Call, compile_for, is_cached
 from bristle_ros.physics.step import parts_of_step
@@ -26,7 +25,6 @@ _known: set[object] = set()     # kinds of scenes that this process has looked u
 HELPING = 'BRISTLE_ROS_COMPILING_AHEAD'     # in the environment of the other process
 PROGRAM = 'from bristle_ros.simulation.ahead import main; main()'
 LOAD = Path('/proc/loadavg')
-LOOKS = 3       # for a free core: what runs for a moment does not count
 PACKAGE = Path(__file__).resolve().parents[2]
 
 
@@ -59,13 +57,7 @@ def _is_new(scene: Scene) -> bool:
 def _has_room() -> bool:
     """Whether a core is free for another process."""
     cores = len(os.sched_getaffinity(0))
-    if cores < 2 or HELPING in os.environ:
-        return False
-    for _ in range(LOOKS):
-        if running() < cores:
-            return True
-        time.sleep(0.01)
-    return False
+    return HELPING not in os.environ and running() < cores
 
 
 def running() -> int:
