@@ -10,7 +10,7 @@ from bristle_ros.scene import Scene, SceneError
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import (build_models, build_state, contact_law, new_scratch, rows_of, states_of)
+from .model import build_models, build_state, contact_law, new_scratch, rows_of, states_of
 from .observe import observe_rows
 from .run_warnings import BESIDE
 
