@@ -14,7 +14,8 @@ from .writer import CONTRACT_NAME
 _OUTPUTS = {topic.name for topic in messages.TOPICS}
 _STAMPED = {topic.type for topic in messages.TOPICS}
 # what was done before a key was there
-OLDER = {'contact.points': 'tip', 'solver.largest_error': 2e-4}
+OLDER = {'contact.points': 'tip', 'solver.largest_error': 2e-4, 'solver.newton': 'tolerance',
+         'solver.tolerance': 1e-8}
 
 
 class Entry(NamedTuple):

@@ -236,9 +236,12 @@ class Solver(SceneSection):
     spectral_radius: float = number(
         0.8, '1', 0.0, 1.0, 'of generalized_alpha, at infinite frequency; 0 annihilates, 1 keeps')
     amplitude_decay: float = number(0.005, '1', 0.0, 1.0 / 3.0, 'gamma of newmark and hht')
+    newton: Literal['estimate', 'tolerance'] = choice(
+        'estimate', "what the last correction is held to: a tenth of the step's local error, at "
+        'most `tolerance`; or `tolerance`, as in logs of earlier versions')
     tolerance: float = number(
-        1e-8, '1', 1e-14, 1e-2, "Newton's, relative to the element's length and to 1 rad; in "
-        'steps below 0.2 ms it falls with their square')
+        1e-6, '1', 1e-14, 1e-2, "Newton's, relative to the element's length and to 1 rad; in "
+        'steps below 0.2 ms it falls with their square. 1e-8 is never too much')
     step: Literal['fixed', 'adaptive'] = choice(
         'fixed', 'step control; marks are met by both. Fixed steps are halved too '
         'where Newton fails or their local error is above `largest_error`')

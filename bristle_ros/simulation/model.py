@@ -70,10 +70,11 @@ def section_of(scene: Scene, length: float) -> Section:
 def scheme_of(scene: Scene) -> Scheme:
     """Return the integrator's coefficients."""
     solver = scene.solver
+    tied = solver.newton == 'estimate'
     if solver.integrator == 'generalized_alpha':
-        return generalized_alpha(solver.spectral_radius, solver.tolerance)
+        return generalized_alpha(solver.spectral_radius, solver.tolerance, tied)
     make = newmark if solver.integrator == 'newmark' else hht
-    return make(solver.amplitude_decay, solver.tolerance)
+    return make(solver.amplitude_decay, solver.tolerance, tied)
 
 
 def local_error_of(scene: Scene, tolerance: float, length: float) -> float:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from bristle_ros.physics.contact.tip import GAP
 from bristle_ros.physics.step.energy import INJECTED
-from bristle_ros.physics.step.newton import SUBSTEPS
+from bristle_ros.physics.step.records import SUBSTEPS
 from bristle_ros.scene.scene import Scene
 from bristle_ros.scene.sections import (Brush, Contact, Damping, Drive, Friction, Road, Solver,
                                         Sweeper)

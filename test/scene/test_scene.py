@@ -27,7 +27,7 @@ gravity: 9.81
 drive: {profile: sine, mean_speed: 10.472, alternating_speed: 0.0, frequency: 5.0, shape: 0.08, max_acceleration: 50.0, max_speed: 320.0, file: "", mode: speed, inertia: 0.0, loss: 0.0, stall_torque: 0.0, rated_speed: 0.0}
 sweeper: {velocity: [0.0, 0.0], max_acceleration: 2.0, max_speed: 20.0, max_yaw_rate: 2.0, max_yaw_acceleration: 2.0, mount_position: [0.0, 0.0]}
 mount: {enabled: false, max_speed: 20.0, max_rate: 10.0, max_acceleration: 500.0, max_angular_acceleration: 5000.0}
-solver: {load_case: inertia, elements: 12, time_step: 0.0, integration_time_step: 1.0e-4, integrator: generalized_alpha, spectral_radius: 0.8, amplitude_decay: 0.005, tolerance: 1.0e-8, step: fixed, error_tolerance: 1.0e-3, largest_error: 0.0, start: straight}
+solver: {load_case: inertia, elements: 12, time_step: 0.0, integration_time_step: 1.0e-4, integrator: generalized_alpha, spectral_radius: 0.8, amplitude_decay: 0.005, newton: estimate, tolerance: 1.0e-6, step: fixed, error_tolerance: 1.0e-3, largest_error: 0.0, start: straight}
 run: {real_time_factor: 1.0, chunk: 0.005, sample: 0.001, autostart: true, publish_clock: false, time_origin: zero, frame_prefix: "", publish_tf: all, marker_rate: 20.0, stamped_cmd_vel: true, command_timeout: 0.0, max_load: 0.0, carried: false}
 log: {path: "", compression: zstd, max_size: 0.0, tf: true}
 """  # noqa: E501

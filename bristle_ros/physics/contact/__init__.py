@@ -8,6 +8,6 @@ from .law import ContactLaw, OPEN, SLIP, spring_energy, Wire
 from .point import ALIVE, MOST, node_of, POINT, position, weights, whole_force, XI
 from .search import gap_on, is_clear_of_plane
 from .surface import gap_at, Gutter, Profile, SINE, SPLINE, Surface, WAVES
-from .tip import (BEFORE, begin_contact, CONTACT, CONTRACTION, ESTIMATE, EXTRA, FORCE, GAP,
-                  IMPULSE, LEVEL, LIVING, MATRIX_STEP, rotate, rotate_back, SLIP_MOVED, STATE,
-                  STEP, TIP, TREND, USUAL)
+from .tip import (BEFORE, begin_contact, CONTACT, CONTRACTION, ESTIMATE, ESTIMATED, EXTRA, FORCE,
+                  GAP, IMPULSE, keep_rate, LEVEL, LIVING, MATRIX_STEP, rotate, rotate_back,
+                  SLIP_MOVED, STATE, STEP, TIP, TREND, USUAL)

@@ -24,7 +24,7 @@ from .curved import across, law_on, place_of, solve_in_plane, step_normal
 from .law import OPEN
 from .point import (ALIVE, increment, node_of, OFFSET, position, push_point, weights, XI)
 from .search import gap_on
-from .tip import (BEFORE, CONTACT, FORCE, GAP, rotate, rotate_back, section_axes,
+from .tip import (BEFORE, CONTACT, expect_force, FORCE, GAP, rotate, rotate_back, section_axes,
                   SLIP_MOVED, STATE, stopping_force)
 
 SWEEPS = 300
@@ -311,11 +311,12 @@ def correct_together(bristle, law, surface, step, frames, scratch):
 
 @jit
 def begin_points(bristle, step, middle, room):
-    """Let the last step's forces act in the prediction, and forget the last step's list."""
+    """Let the forces that are expected act in the prediction; forget the last step's list."""
     points = bristle.points
     room.count[0] = 0
     for e in range(points.shape[0]):
         if points[e, ALIVE] > 0.0:
+            expect_force(points[e], step.h)
             f1, f2, f3 = rotate_back(middle, ROTATION, points[e, FORCE], points[e, FORCE + 1],
                                      points[e, FORCE + 2])
             push_point(bristle.nodes, step, e, points[e, XI], f1, f2, f3, True)

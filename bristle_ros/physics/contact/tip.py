@@ -13,7 +13,9 @@ STATE = FORCE + 3   # 1  OPEN, SLIP or STICK
 GAP = STATE + 1     # 1  at the end of the last step [m]
 SLIP_MOVED = GAP + 1  # 3  over the last step: slip, slip and change of the gap [m]
 BEFORE = SLIP_MOVED + 3  # 1  gap at the start of the last step [m]; not of tips on the plane
-CONTACT = BEFORE + 1
+FORCE_RATE = BEFORE + 1  # 3  what FORCE changed by in the last step, over its length [N/s]
+FORCE_TREND = FORCE_RATE + 3  # 1  part of that which it is expected to change by again
+CONTACT = FORCE_TREND + 1
 # tip record, after that
 IMPULSE = CONTACT   # 3  of the road on the whole wire, since the start [N s]
 STEP = IMPULSE + 3  # 1  length of the last step [s]; 0 before the first
@@ -21,7 +23,8 @@ MATRIX_STEP = STEP + 1  # 1  length of the step that the factorised matrix is fo
 CONTRACTION = MATRIX_STEP + 1  # 1  what Newton's second correction is of the first one, last seen
 LEVEL = CONTRACTION + 1  # 1  of subdivision that the next step starts with
 ESTIMATE = LEVEL + 1  # 1  local error estimate of the last step [m]
-TREND = ESTIMATE + 1  # 1  part of its last change that A is expected to change by again
+ESTIMATED = ESTIMATE + 1  # 1  length of the step that it is of [s]
+TREND = ESTIMATED + 1  # 1  part of its last change that A is expected to change by again
 USUAL = TREND + 1   # 1  iterations of the first step with the present matrix; 0: none yet
 EXTRA = USUAL + 1   # 1  iterations beyond those in the steps since
 LIVING = EXTRA + 1  # 1  points along the wire that are in use
@@ -60,9 +63,42 @@ def push(s, j, lane, step, f1, f2, f3):
 
 
 @jit
+def expect_force(record, h):
+    """
+    Let a contact's force go on as its trend is: on a smooth road it turns with the brush.
+
+    Only where that does not turn it round: it may have been an impact.
+    """
+    ahead = h * record[FORCE_TREND]
+    f1, f2, f3 = record[FORCE], record[FORCE + 1], record[FORCE + 2]
+    e1, e2, e3 = (f1 + ahead * record[FORCE_RATE], f2 + ahead * record[FORCE_RATE + 1],
+                  f3 + ahead * record[FORCE_RATE + 2])
+    if e1 * f1 + e2 * f2 + e3 * f3 > 0.0:
+        record[FORCE], record[FORCE + 1], record[FORCE + 2] = e1, e2, e3
+
+
+@jit
+def keep_rate(record, old1, old2, old3, h):
+    """
+    Keep how fast a contact's force has changed in a step that is done, and its trend.
+
+    The trend is that of `accept_step` (wire/dynamics.py): 1 in smooth motion; 0 where it rings.
+    old [N] :   force before the step
+    """
+    both = square = 0.0
+    for i, old in enumerate((old1, old2, old3)):
+        rate, before = (record[FORCE + i] - old) / h, record[FORCE_RATE + i]
+        both += before * rate
+        square += before * before
+        record[FORCE_RATE + i] = rate
+    record[FORCE_TREND] = 0.0 if square == 0.0 else min(max(both / square, 0.0), 1.0)
+
+
+@jit
 def begin_contact(s, j, lane, step, middle, tip):
-    """Let the last step's contact force act in the prediction: in steady contact it stays."""
+    """Let the contact force that is expected act in the prediction."""
     if tip[STATE] != OPEN:
+        expect_force(tip, step.h)
         f1, f2, f3 = rotate_back(middle, ROTATION, tip[FORCE], tip[FORCE + 1], tip[FORCE + 2])
         push(s, j, lane, step, f1, f2, f3)
         scale = 0.5 * step.h * step.h / s[j, MASS * LANES + lane]

@@ -12,9 +12,10 @@ slope: without it the exchange diverges as soon as the wires are heavier than th
 Causin, Gerbeau, Nobile 2005, doi 10.1016/j.cma.2004.12.005). Wires that are stiff within a step
 follow like a rigid body, so it begins as their inertia; attempts at one step correct it (secant).
 
-Where what is left of the balance would change the angle by no more than Newton's tolerance, the
-step stands, and the next one's balance owes the rest: no impulse is lost, and a smooth motion
-takes one attempt a step. Else all wires go back and step again, at most MOST_ATTEMPTS times.
+Where what is left of the balance would change the angle by no more than Newton's tolerance, by
+the hub's own local error, the step stands, and the next one's balance owes the rest: no impulse is
+lost, and a smooth motion takes one attempt a step. Else all wires go back and step again, at most
+MOST_ATTEMPTS times.
 """
 from bristle_ros.physics.compiler import inlined, jit, take
 from bristle_ros.physics.contact import CONTRACTION, EXTRA, MATRIX_STEP, USUAL
@@ -22,11 +23,11 @@ from bristle_ros.physics.motion import (ACCELERATION, ADDED, asked_speed, ASKED,
                                         COMMAND, DRIVE_WORK, drive_torque, END, frame_at,
                                         HUB, keep_place, LASTS, MOUNT_RATE, PSEUDO, REACTION,
                                         SPIN_RATE, START, STARTED, TORQUE, turn_frame, TURNING)
-from bristle_ros.physics.wire import OK
+from bristle_ros.physics.wire import error_constant, OK
 
 from .board import board_wrench
 from .energy import AUDIT
-from .newton import AT_FINEST, SPLIT
+from .records import AT_FINEST, SPLIT
 from .scheme import newton_tolerance
 from .stepping import fill_frames, keep_copy, make_steps, PARTS
 
@@ -113,7 +114,8 @@ def end_turn(model, drive, motion, torques):
     hub[ATTEMPTS] += 1.0
     hub[REACTION + 4], hub[REACTION + 5] = reaction, at
     moved = left / (slope + hub[ADDED]) * scheme.beta * h * h * _relation(scheme)
-    if abs(moved) > newton_tolerance(scheme.tolerance, h) and hub[ATTEMPTS] < MOST_ATTEMPTS:
+    error = error_constant(scheme) * h * h * abs(at - hub[START + ACCELERATION])
+    if abs(moved) > newton_tolerance(scheme, h, error) and hub[ATTEMPTS] < MOST_ATTEMPTS:
         _balance(drive, scheme, hub, reaction, at)
         return False
     for i in range(4):

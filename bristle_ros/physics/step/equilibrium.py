@@ -8,6 +8,7 @@ from bristle_ros.physics.wire import (add_air, CORNER, eliminate, factorise, HA,
 
 from .newton import NO_CONVERGENCE
 from .records import bristle_of
+from .scheme import LOOSEST_STEP, newton_tolerance
 
 PSEUDO_STEPS = 400
 ITERATIONS = 25
@@ -124,7 +125,7 @@ def settle(model, law, state, number, frame, load, scratch):
             size = move_nodes(s, blocks, model.section.element_length)
             if not size < 2.0:
                 break
-            if size <= model.scheme.tolerance:
+            if size <= newton_tolerance(model.scheme, LOOSEST_STEP, 0.0):
                 converged = True
                 break
         if not converged:

@@ -1,39 +1,35 @@
 """
 One step by Newton's method with a frozen matrix, which either converges or leaves all as it was.
 
-The matrix is factorised in the nodes' own axes and kept as long as it pays: see `judge_matrix`.
-With the section force as an unknown of its own (wire/section_force) that is for many steps.
+The matrix is kept as long as it pays: see matrix.py. With the section force as an unknown of its
+own (wire/section_force) that is for many steps.
 """
 from typing import NamedTuple
 
 from bristle_ros.physics.compiler import inlined, jit
 from bristle_ros.physics.contact import (begin_contact, CONTRACTION, correct_contact, ESTIMATE,
-                                         EXTRA, finish_on_surface, FORCE, GAP, IMPULSE, LIVING,
-                                         MATRIX_STEP, NONE_BORN, rotate_back, STATE, STEP,
-                                         TOO_MANY, TREND, USUAL)
+                                         ESTIMATED, finish_on_surface, FORCE, GAP, IMPULSE,
+                                         keep_rate, LIVING, MATRIX_STEP, NONE_BORN, rotate_back,
+                                         STATE, STEP, TOO_MANY, TREND)
 from bristle_ros.physics.motion import CLAMP, ROTATION
 from bristle_ros.physics.wire import (accept_damping, accept_section_forces, accept_step,
                                       add_air, add_excess, begin_section_forces, begin_step,
-                                      eliminate, factorise, internal_forces, LANES, largest_turn,
+                                      eliminate, internal_forces, LANES, largest_turn,
                                       local_error, MASS, move_nodes, OK, predict_damping,
                                       rescale_memory, residual, strains, substitute, tip_lane,
                                       update_section_forces)
 
 from .energy import account_step, DISSIPATED
+from .matrix import expected_rate, judge_matrix, LEAST, NEW, renew_matrix, SLOW, UNKNOWN
+from .records import FAILURES, NEWTON
 from .scheme import newton_tolerance, step_coefficients
 from .stress import note_stress
 from .touching import (begin_touch, correct_points, end_touch, give_up_points, may_touch,
                        points_born, touch_error, touches)
 
 MAX_ITERATIONS = 20     # of Newton in one attempt, matrix refreshed when they shrink slowly
-SLOW = 0.4              # contraction above which the matrix is factorised anew at once
 FARTHEST = 1.0          # [rad] that a node may turn in a step in the brush's axes
 SUSPECT = 6             # iterations after which what they end in may be another solution
-WORTH = 3.0             # iterations that cost what a matrix costs, measured
-# what the second correction is of the first one, where there is no second one to tell
-UNKNOWN = 0.1           # after a new matrix
-LEAST = 1e-3
-AGEING = 1.5            # growth in each step that does not measure it
 
 # status of a step; 0 is done
 SINGULAR_MATRIX = 1
@@ -45,38 +41,6 @@ UNFINISHED = 5          # attempts ran out
 CLAMP_INSIDE = 6        # a clamp is at the surface of the road
 TOO_MANY_POINTS = 7     # of contact on one wire at one time
 
-# running counts
-NEWTON = 0
-SUBSTEPS = 1
-FACTORISATIONS = 2
-FAILURES = 3
-SPLIT = 4       # integration steps taken in sub-steps
-AT_FINEST = 5   # of these, in sub-steps as short as the error estimate may ask for
-COUNTS = 6
-
-
-@jit
-def judge_matrix(tip, iterations, renewed, refresh):
-    """
-    Give the matrix up for the next step where it has cost what a new one costs.
-
-    What an ageing matrix costs are the iterations beyond those of the first step made with it.
-    Giving it up when they reach the price of a new one takes at most twice what knowing the future
-    would (the ski rental problem).
-
-    iterations : int    of the step, renewed : bool    the matrix was made in it
-    refresh : bool      it contracted too slowly in the last iteration
-    """
-    if renewed:
-        tip[USUAL] = 0.0
-        tip[EXTRA] = 0.0
-    elif tip[USUAL] == 0.0:
-        tip[USUAL] = iterations
-    else:
-        tip[EXTRA] += max(iterations - tip[USUAL], 0.0)
-    if refresh or tip[EXTRA] >= WORTH:
-        tip[MATRIX_STEP] = 0.0
-
 
 class Corrections(NamedTuple):
     """How Newton's method went in a step."""
@@ -85,6 +49,7 @@ class Corrections(NamedTuple):
     iterations: int
     contraction: float      # what the second correction was of the first one
     renewed: bool           # the matrix was made in this step
+    single: bool            # one correction would have done with a matrix as it is when new
     refresh: bool           # it contracted too slowly in the last iteration
 
 
@@ -102,19 +67,6 @@ def predict(model, law, viscosity, bristle, scratch, step):
         begin_contact(nodes, block, lane, step, scratch.frames[1], tip)
         if touches(law.wire, tip):
             begin_touch(law.wire, bristle, step, scratch)
-
-
-@inlined
-def renew_matrix(model, bristle, scratch, step):
-    """Factorise the matrix of the present state, and return whether that could be done."""
-    tip = bristle.tip
-    tip[MATRIX_STEP] = 0.0
-    bristle.counts[FACTORISATIONS] += 1
-    if factorise(bristle.nodes, model.elements, model.section, step, scratch.frames[2],
-                 bristle.mids, bristle.chain, scratch.work) != OK:
-        return False
-    tip[MATRIX_STEP] = step.h
-    return True
 
 
 @inlined
@@ -167,16 +119,25 @@ def has_flipped(nodes, model):
     return not model.displacement and largest_turn(nodes, model.blocks) > FARTHEST
 
 
+@jit
+def expected_error(tip, h):
+    """Return the local error [m] that a step of length h will have, by the last one's: ~ h^3."""
+    if tip[ESTIMATED] == 0.0:
+        return 0.0
+    return tip[ESTIMATE] * (h / tip[ESTIMATED]) ** 3
+
+
 @inlined
 def solve_step(model, law, bristle, scratch, step):
     """Correct the prediction until the correction to come is within the tolerance."""
     nodes, tip = bristle.nodes, bristle.tip
     end = scratch.frames[2]
-    tolerance = newton_tolerance(model.scheme.tolerance, step.h)
+    tolerance = newton_tolerance(model.scheme, step.h,
+                                 expected_error(tip, step.h) / model.section.element_length)
     refresh = tip[MATRIX_STEP] != step.h
-    rate = UNKNOWN if refresh else min(AGEING * tip[CONTRACTION], 0.5)
-    contraction = rate
+    rate = contraction = expected_rate(tip, refresh)
     renewed = False
+    single = False
     iterations = 0
     before = 0.0
     first = 0   # iteration from which the present points take part
@@ -200,6 +161,8 @@ def solve_step(model, law, bristle, scratch, step):
         if not size < 1e29:
             status = NOT_FINITE
             break
+        if iteration == 0:
+            single = size * NEW <= tolerance
         if iteration > first:
             rate = size / before
             if iteration == 1:
@@ -224,7 +187,7 @@ def solve_step(model, law, bristle, scratch, step):
                 break
             first = iteration + 1
             rate = max(rate, UNKNOWN)
-    return Corrections(status, iterations, contraction, renewed, refresh)
+    return Corrections(status, iterations, contraction, renewed, single, refresh)
 
 
 @inlined
@@ -246,8 +209,12 @@ def estimate_error(model, law, bristle, scratch, h, living, change1, change2, ch
 
 
 @inlined
-def accept(model, law, viscosity, audit, bristle, scratch, step):
-    """Carry a converged step over into what the next one starts from, and keep its accounts."""
+def accept(model, law, viscosity, audit, bristle, scratch, step, living):
+    """
+    Carry a converged step over into what the next one starts from, and keep its accounts.
+
+    living : points in use before it
+    """
     nodes, tip, scheme, h = bristle.nodes, bristle.tip, model.scheme, step.h
     end = scratch.frames[2]
     if audit is not None:
@@ -266,7 +233,7 @@ def accept(model, law, viscosity, audit, bristle, scratch, step):
         for i in range(3):
             tip[IMPULSE + i] += h * tip[FORCE + i]
         if touches(law.wire, tip):
-            lost += end_touch(law.wire, bristle, law, h, lost, scratch)
+            lost += end_touch(model, law.wire, bristle, law, h, living, lost, scratch)
         if audit is not None:
             audit[DISSIPATED] += lost
 
@@ -294,6 +261,7 @@ def try_step(model, law, viscosity, audit, bristle, scratch, h, shortest):
     if status == OK:
         tip[ESTIMATE] = estimate_error(model, law, bristle, scratch, h, living, tip[FORCE] - old1,
                                        tip[FORCE + 1] - old2, tip[FORCE + 2] - old3)
+        tip[ESTIMATED] = h
         if h > shortest and tip[ESTIMATE] > (
                 model.local_error if h > model.halved_to else model.worst_error):
             status = TOO_INACCURATE
@@ -308,7 +276,9 @@ def try_step(model, law, viscosity, audit, bristle, scratch, h, shortest):
             bristle.counts[FAILURES] += 1
         return status
     tip[CONTRACTION] = found.contraction
-    judge_matrix(tip, found.iterations, found.renewed, found.refresh)
+    judge_matrix(tip, found, model.scheme.tied)
+    accept(model, law, viscosity, audit, bristle, scratch, step, living)
+    if law is not None and model.scheme.tied:
+        keep_rate(tip, old1, old2, old3, h)
     tip[STEP] = h
-    accept(model, law, viscosity, audit, bristle, scratch, step)
     return OK

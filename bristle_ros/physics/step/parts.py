@@ -29,4 +29,4 @@ def parts_of_step(model: Model, law: ContactLaw | None, viscosity: float | None,
     return [matrix, (correct_points, (wire, bristle, law, law.surface, step, scratch, True)),
             (points_born, (model, law, wire, bristle, scratch)),
             (touch_error, (model, wire, bristle, scratch, h, 0.0, (0.0, 0.0, 0.0))),
-            (end_touch, (wire, bristle, law, h, 0.0, scratch)), seen]
+            (end_touch, (model, wire, bristle, law, h, 0.0, 0.0, scratch)), seen]

@@ -9,6 +9,15 @@ from numpy.typing import NDArray
 
 from .scheme import Scheme
 
+# running counts
+NEWTON = 0
+SUBSTEPS = 1
+FACTORISATIONS = 2
+FAILURES = 3
+SPLIT = 4       # integration steps taken in sub-steps
+AT_FINEST = 5   # of these, in sub-steps as short as the error estimate may ask for
+COUNTS = 6
+
 
 class Model(NamedTuple):
     """What a run never changes; B bristles."""
@@ -42,7 +51,7 @@ class State(NamedTuple):
     chain: NDArray[np.float64]      # (B, elements, RECORD) and corners
     tip: NDArray[np.float64]        # (B, TIP) contact/tip.py
     points: NDArray[np.float64]     # (B, elements or 0, POINT) contact/point.py
-    counts: NDArray[np.int64]       # (B, COUNTS) int64, running counts of newton.py
+    counts: NDArray[np.int64]       # (B, COUNTS) int64, the running counts above
     motion: NDArray[np.float64]     # (MOTION,) motion/records.py: the ramps that commands change
     step: NDArray[np.int64]         # (1,) int64: steps done
     audit: NDArray[np.float64]      # (B, AUDIT) energy accounts, where they are kept

@@ -23,8 +23,10 @@ from typing import NamedTuple
 from bristle_ros.physics.compiler import inlined, jit
 from bristle_ros.physics.wire import StepCoefficients
 
-TIGHTEST = 1e-11        # tolerance that short steps are not held below: rounding is near
-LOOSEST_STEP = 2e-4     # [s] the tolerance falls with the square of steps below
+LARGEST_SHARE = 0.1     # of the step's local error that Newton may leave
+HELD = 1e-8             # tolerance below which no local error takes it
+TIGHTEST = 1e-11        # that short steps are not held below: rounding is near
+LOOSEST_STEP = 2e-4     # [s] both bounds fall with the square of steps below
 
 
 class Scheme(NamedTuple):
@@ -36,27 +38,41 @@ class Scheme(NamedTuple):
     gamma: float
     tolerance: float    # of the last correction, relative to the element length and to 1 rad, at
     #                     LOOSEST_STEP and above
+    share: float        # of the step's local error that is enough, where less
+    tied: bool          # False: it never is
 
 
-def generalized_alpha(spectral_radius: float, tolerance: float) -> Scheme:
+def generalized_alpha(spectral_radius: float, tolerance: float, tied: bool = True) -> Scheme:
     """Return the scheme with this spectral radius at infinity; Chung, Hulbert (1993)."""
     r = spectral_radius
     alpha_m = (2.0 * r - 1.0) / (r + 1.0)
     alpha_f = r / (r + 1.0)
     return Scheme(alpha_m, alpha_f, 0.25 * (1.0 - alpha_m + alpha_f) ** 2,
-                  0.5 - alpha_m + alpha_f, tolerance)
+                  0.5 - alpha_m + alpha_f, tolerance, _share(r), tied)
 
 
-def hht(amplitude_decay: float, tolerance: float) -> Scheme:
+def hht(amplitude_decay: float, tolerance: float, tied: bool = True) -> Scheme:
     """Return HHT with amplitude decay factor g: alpha_f = g; Hilber, Hughes, Taylor (1977)."""
     g = amplitude_decay
-    return Scheme(0.0, g, 0.25 * (1.0 + g) ** 2, 0.5 + g, tolerance)
+    return Scheme(0.0, g, 0.25 * (1.0 + g) ** 2, 0.5 + g, tolerance,
+                  _share((1.0 - g) / (1.0 + g)), tied)
 
 
-def newmark(amplitude_decay: float, tolerance: float) -> Scheme:
+def newmark(amplitude_decay: float, tolerance: float, tied: bool = True) -> Scheme:
     """Return Newmark with amplitude decay factor g: gamma = 1/2 + g; first order unless g = 0."""
     g = amplitude_decay
-    return Scheme(0.0, 0.0, 0.25 * (1.0 + g) ** 2, 0.5 + g, tolerance)
+    return Scheme(0.0, 0.0, 0.25 * (1.0 + g) ** 2, 0.5 + g, tolerance,
+                  _share((1.0 - g) / (1.0 + g)), tied)
+
+
+def _share(spectral_radius):
+    """
+    Return the part of a step's local error that Newton may leave.
+
+    What is left is in A, and so in the next estimate, which allows the next step as much again: it
+    has to die out. At infinite frequency it takes 1 / (1 - spectral radius) steps for that.
+    """
+    return min(LARGEST_SHARE, 0.5 * (1.0 - spectral_radius))
 
 
 @inlined
@@ -77,13 +93,20 @@ def step_coefficients(scheme, mass_damping, viscosity, h):
 
 
 @jit
-def newton_tolerance(tolerance, h):
+def newton_tolerance(scheme, h, error):
     """
     Return what Newton's last correction may be in a step of length h.
 
-    What is left of it in the increment acts like an acceleration of ca ~ 1/h^2 times it. In short
-    steps it would outweigh the integrator's own error: free rotation over 1 s in 50,000 steps,
-    1e-8 each, ends 0.16 % off; with this, 0.001 %.
+    error : float   local error that the step is expected to have, as relative as the result
+
+    What is left of the correction acts like a local error, so a share of that is well below what
+    matters. It also acts like an acceleration of ca ~ 1/h^2 times it, which in short steps would
+    outweigh the integrator's own error: free rotation over 1 s in 50,000 steps, 1e-8 each, ends
+    0.16 % off; with bounds that fall with h^2, 0.001 %.
     """
-    ratio = min(h / LOOSEST_STEP, 1.0)
-    return max(tolerance * ratio * ratio, min(tolerance, TIGHTEST))
+    ratio = min(h / LOOSEST_STEP, 1.0) ** 2
+    most = max(scheme.tolerance * ratio, min(scheme.tolerance, TIGHTEST))
+    if not scheme.tied:
+        return most
+    least = max(min(scheme.tolerance, HELD) * ratio, min(scheme.tolerance, TIGHTEST))
+    return min(max(scheme.share * error, least), most)

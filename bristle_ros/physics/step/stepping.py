@@ -14,8 +14,8 @@ from bristle_ros.physics.wire import (HA, JUMP, keep_strains, LANES, LR, OK, SEC
                                       STRAIN0, X, X0)
 
 from .board import add_wrench
-from .newton import AT_FINEST, CLAMP_INSIDE, NEWTON, SPLIT, SUBSTEPS, try_step, UNFINISHED
-from .records import bristle_of
+from .newton import CLAMP_INSIDE, try_step, UNFINISHED
+from .records import AT_FINEST, bristle_of, NEWTON, SPLIT, SUBSTEPS
 
 EASY = 5                # iterations up to which a sub-step may become longer again
 DEEPEST = 14            # halvings of the integration step

@@ -5,9 +5,8 @@ The compiler leaves out what asks an argument for None, in a condition of its ow
 """
 from bristle_ros.physics.compiler import jit
 from bristle_ros.physics.contact import (ALIVE, begin_points, carry_points, correct_together,
-                                         fill_columns, find_points,
-                                         finish_points, FORCE, gather, IMPULSE, is_clear_of_plane,
-                                         keep_points,
+                                         fill_columns, find_points, finish_points, FORCE, gather,
+                                         IMPULSE, is_clear_of_plane, keep_points, keep_rate,
                                          LIVING, NONE_BORN, node_of, restore_points, rotate_back,
                                          rubbed, weights, XI)
 from bristle_ros.physics.motion import ROTATION
@@ -35,7 +34,7 @@ def may_touch(surface, wire, nodes, elements, element_length, frame):
 
 @jit
 def begin_touch(wire, bristle, step, scratch):
-    """Keep the points as they are, and let their last forces act in the prediction."""
+    """Keep the points as they are, and let the forces expected of them act in the prediction."""
     if wire is not None:
         keep_points(bristle.points, scratch.room.kept)
         begin_points(bristle, step, scratch.frames[1], scratch.room)
@@ -78,6 +77,14 @@ def give_up_points(wire, bristle, scratch, living):
 
 
 @jit
+def _force_before(kept, e, living):
+    """Return the force of a slot's point before the step [N]; living: points before it."""
+    if living == 0.0 or kept[e, ALIVE] == 0.0:
+        return 0.0, 0.0, 0.0
+    return kept[e, FORCE], kept[e, FORCE + 1], kept[e, FORCE + 2]
+
+
+@jit
 def _error(bristle, h, scheme, middle, kept, living, change):
     """Do what `estimate_error` does where points touch: each changes A as the tip does."""
     points, nodes = bristle.points, bristle.nodes
@@ -91,8 +98,8 @@ def _error(bristle, h, scheme, middle, kept, living, change):
             xi = points[e, XI]
             if points[e, ALIVE] > 0.0:
                 f1, f2, f3 = points[e, FORCE], points[e, FORCE + 1], points[e, FORCE + 2]
-            if living > 0.0 and kept[e, ALIVE] > 0.0:
-                f1, f2, f3 = f1 - kept[e, FORCE], f2 - kept[e, FORCE + 1], f3 - kept[e, FORCE + 2]
+            old1, old2, old3 = _force_before(kept, e, living)
+            f1, f2, f3 = f1 - old1, f2 - old2, f3 - old3
         else:
             element, xi = elements - 1, 1.0
         if f1 == 0.0 and f2 == 0.0 and f3 == 0.0:
@@ -120,11 +127,11 @@ def touch_error(model, wire, bristle, scratch, h, living, change):
 
 
 @jit
-def end_touch(wire, bristle, law, h, taken, scratch):
+def end_touch(model, wire, bristle, law, h, living, taken, scratch):
     """
     Finish the points as the tip is finished, add their impulses, carry them on; return the loss.
 
-    taken [J] : float   what finishing the tip took
+    living : points before the step; taken [J] : float   what finishing the tip took
     """
     if wire is None:
         return 0.0
@@ -135,5 +142,8 @@ def end_touch(wire, bristle, law, h, taken, scratch):
         if points[e, ALIVE] > 0.0:
             for i in range(3):
                 tip[IMPULSE + i] += h * points[e, FORCE + i]
+            if model.scheme.tied:
+                old1, old2, old3 = _force_before(scratch.room.kept, e, living)
+                keep_rate(points[e], old1, old2, old3, h)
     return lost + carry_points(bristle, law, law.surface, h, end, (taken + lost, friction),
                                scratch)

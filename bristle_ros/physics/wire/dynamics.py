@@ -186,7 +186,7 @@ def local_error(s, elements, h, scheme, push):
         store8(r, NODE_FORCE * LANES, _change_of_a(r, row, ca, by_step, by_old, back))
         tip_change += (2.0 * r[NODE_FORCE * LANES + lane] + push[row]) * push[row]
     total = max(_sum(r, total) + r[MASS * LANES + lane] * tip_change, 0.0)
-    return _error_constant(scheme) * h * h * sqrt(total / _sum(r, mass))
+    return error_constant(scheme) * h * h * sqrt(total / _sum(r, mass))
 
 
 @jit
@@ -230,11 +230,12 @@ def error_of_changes(s, total, h, scheme):
     for j in range(s.shape[0]):
         for i in range(LANES):
             mass += s[j, MASS * LANES + i]
-    return _error_constant(scheme) * h * h * sqrt(max(total, 0.0) / mass)
+    return error_constant(scheme) * h * h * sqrt(max(total, 0.0) / mass)
 
 
 @jit
-def _error_constant(scheme):
+def error_constant(scheme):
+    """Return the factor of h^3 da/dt in the scheme's local error."""
     return abs(scheme.beta + 0.5 * (scheme.alpha_m - scheme.alpha_f) - 1.0 / 6.0)
 
 

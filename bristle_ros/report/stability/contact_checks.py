@@ -8,6 +8,8 @@ from bristle_ros.report.ground import Ground, mount_to_road
 
 CONE = 1e-9         # excess of the friction over mu_s times the normal force, relative
 RIGID = 1e-12       # [m] a rigid road may be entered
+NEWTON = 1e-8       # tolerance of its corrections that no local error takes it below, per element
+SHARE = 0.1         # of the local error that it is else
 ROUNDED = 4e-15     # [m] that places of some metres are known to
 WIRE_RIGID = 1e-6   # [m] that a wire may be in a rigid road between the points that touch
 MADE = 1e-6         # work that a contact may give beyond its spring's, of what went through it
@@ -111,10 +113,11 @@ class ContactWatch:
             bend = bend + 4.0 * ROUNDED / np.sqrt(np.maximum(square, 1e-20))
             self._friction(snapshot, forces, unit, bend, length, tips)
         if not math.isinf(self._scene.contact.normal_stiffness):
+            slack = self._slack(snapshot, before)
             pushes = (forces * unit).sum(axis=1) / length
             for push, force, turn, gap0, gap in zip(pushes, forces, bend, gaps0, gaps):
-                self._spring(snapshot, push, turn * float(np.abs(force).sum()), gap0, gap)
-            self._work(snapshot, forces, moved, gaps0, gaps)
+                self._spring(snapshot, push, turn * float(np.abs(force).sum()), gap0, gap, slack)
+            self._work(snapshot, forces, moved, gaps0, gaps, slack)
 
     def _friction(self, snapshot, forces, normals, bends, lengths, tips):
         """
@@ -142,29 +145,38 @@ class ContactWatch:
                                   f'{push:.6g} N, at t = {snapshot.t:.6g} s')
                 return
 
-    def _spring(self, snapshot, force, turned, gap0, gap):
+    def _spring(self, snapshot, force, turned, gap0, gap, off):
         contact = self._scene.contact
         wanted = spring_force(contact.normal_stiffness, contact.damping, self._its, gap0, gap)
-        slack = contact.normal_stiffness * self._slack() + 1e-3 * max(force, wanted) + 1e-12
+        slack = contact.normal_stiffness * off + 1e-3 * max(force, wanted) + 1e-12
         excess = abs(force - wanted) / (slack + turned)
         self._law = max(self._law, excess)
         if excess > 1.0:
             self.wrong.append(f'contact force {force:.6g} N where the penetration explains '
                               f'{wanted:.6g} N, at t = {snapshot.t:.6g} s')
 
-    def _slack(self):
-        """Return what a gap may be off by [m]: Newton ends within its tolerance of it."""
-        length = longest(self._scene) / self._scene.solver.elements
-        return 10.0 * self._scene.solver.tolerance * length + 1e-15
+    def _slack(self, snapshot, before):
+        """
+        Return what a gap may be off by [m]: Newton ends within its tolerance of it.
 
-    def _work(self, snapshot, forces, moved, gaps0, gaps):
+        That is a part of the local error, not less than NEWTON and at most the scene's.
+        """
+        length, solver = longest(self._scene), self._scene.solver
+        error = max(snapshot.error_estimate, before[0].error_estimate)
+        element = length / solver.elements
+        allowed = solver.tolerance * element
+        if solver.newton == 'estimate':
+            allowed = min(max(SHARE * error * length, NEWTON * element), allowed)
+        return 10.0 * allowed + 1e-15
+
+    def _work(self, snapshot, forces, moved, gaps0, gaps, off):
         """Check that a contact gives no more work than its spring gives back."""
         stiffness = self._scene.contact.normal_stiffness
         stored0, stored = (0.5 * stiffness * np.minimum(gap, 0.0) ** 2 for gap in (gaps0, gaps))
         work = (forces * moved).sum(axis=1)
         size = np.sqrt((forces ** 2).sum(axis=1))
         through = size * np.sqrt((moved ** 2).sum(axis=1)) + stored0 + stored
-        made = (work - (stored0 - stored) - size * self._slack()) / (through + 1e-15)
+        made = (work - (stored0 - stored) - size * off) / (through + 1e-15)
         worst = float(made.max())
         self._made = max(self._made, worst)
         if worst > MADE:

@@ -72,7 +72,7 @@ def test_damping_through_nodal_velocities_is_not(radius):
 
 @pytest.mark.parametrize('make', [hht, newmark])
 def test_schemes_without_decay_are_the_trapezoidal_rule(make):
-    assert tuple(make(0.0, 1e-8)) == (0.0, 0.0, 0.25, 0.5, 1e-8)
+    assert tuple(make(0.0, 1e-8))[:5] == (0.0, 0.0, 0.25, 0.5, 1e-8)
 
 
 @pytest.mark.parametrize('radius', RADII)

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 from bristle_ros.physics.contact.tip import LEVEL
 from bristle_ros.physics.motion import BASICS, CLAMP, drive_clamp, FRAME, frame_at
-from bristle_ros.physics.step.newton import FACTORISATIONS, NEWTON, SUBSTEPS
+from bristle_ros.physics.step.records import FACTORISATIONS, NEWTON, SUBSTEPS
 from bristle_ros.physics.wire.layout import LANES, ROWS, X0
 from bristle_ros.simulation.simulation import Simulation
 import numpy as np

@@ -1,7 +1,7 @@
 """The guaranteed step: repeatable to the bit, subdivides, and fails with the last good state."""
 from dataclasses import replace
 
-from bristle_ros.physics.step.newton import FAILURES
+from bristle_ros.physics.step.records import FAILURES
 from bristle_ros.physics.wire.layout import ACC0, LANES, MASS, ROWS, SECTION_FORCE, STRAIN0
 from bristle_ros.scene.sections import Damping
 from bristle_ros.simulation.model import WORST_ERROR
