@@ -121,13 +121,58 @@ def _access(width):
         return lanes(types.float64), generate
 
     @intrinsic
+    def splat_of(typing, array, index):
+        """Return a vector with array[index] in all lanes."""
+        def generate(context, builder, sig, values):
+            make = context.make_array(sig.args[0])(context, builder, values[0])
+            return _splat(builder, builder.load(builder.gep(make.data, [values[1]])), width)
+        return lanes(array, types.intp), generate
+
+    @intrinsic
     def with_first(typing, lanes_, number):
         """Return the vector with `number` in its first lane."""
         def generate(context, builder, sig, values):
             return builder.insert_element(values[0], values[1], ir.Constant(ir.IntType(32), 0))
         return lanes(lanes, types.float64), generate
 
-    return load, store, splat, with_first
+    def moved(order, lane):
+        @intrinsic
+        def move(typing, lanes_, number):
+            def generate(context, builder, sig, values):
+                return builder.insert_element(_shuffle(builder, values[0], values[0], order),
+                                              values[1], ir.Constant(ir.IntType(32), lane))
+            return lanes(lanes, types.float64), generate
+        return move
+
+    return (load, store, splat, splat_of, with_first,
+            moved([0, *range(width - 1)], 0), moved([*range(1, width), 0], width - 1))
+
+
+def _shuffle(builder, one, two, order):
+    """Return the vector of those lanes, counted through both."""
+    index = ir.IntType(32)
+    return builder.shuffle_vector(one, two, ir.Constant(ir.VectorType(index, len(order)), order))
+
+
+def _transposing():
+    """Make transpose4."""
+    lanes = _Lanes(4)
+
+    @intrinsic
+    def transpose(typing, a, b, c, d):
+        """Return the columns of the 4 x 4 matrix with these rows."""
+        def generate(context, builder, sig, values):
+            one, two = (_shuffle(builder, *values[:2], [0, 4, 2, 6]),
+                        _shuffle(builder, *values[:2], [1, 5, 3, 7]))
+            three, four = (_shuffle(builder, *values[2:], [0, 4, 2, 6]),
+                           _shuffle(builder, *values[2:], [1, 5, 3, 7]))
+            low, high = [0, 1, 4, 5], [2, 3, 6, 7]
+            columns = [_shuffle(builder, one, three, low), _shuffle(builder, two, four, low),
+                       _shuffle(builder, one, three, high), _shuffle(builder, two, four, high)]
+            return context.make_tuple(builder, sig.return_type, columns)
+        return types.UniTuple(lanes, 4)(lanes, lanes, lanes, lanes), generate
+
+    return transpose
 
 
 def _interpreted(width):
@@ -141,12 +186,27 @@ def _interpreted(width):
     def splat(number):
         return np.full(width, number)
 
+    def splat_of(array, index):
+        return np.full(width, array[index])
+
     def with_first(lanes, number):
         return np.concatenate(([number], lanes[1:]))
 
-    return load, store, splat, with_first
+    def push_first(lanes, number):
+        return np.concatenate(([number], lanes[:-1]))
+
+    def push_last(lanes, number):
+        return np.concatenate((lanes[1:], [number]))
+
+    return load, store, splat, splat_of, with_first, push_first, push_last
+
+
+def _transposed(a, b, c, d):
+    return tuple(np.array((a, b, c, d)).T)
 
 
 _made = _interpreted if config.DISABLE_JIT else _access  # type: ignore[attr-defined]
-load4, store4, splat4, with_first4 = _made(4)
-load8, store8, _, _ = _made(8)
+# push_first4: all lanes one up, and a number into the first; push_last4: one down
+load4, store4, splat4, _, with_first4, push_first4, push_last4 = _made(4)
+load8, store8, _, splat_of8, *_ = _made(8)
+transpose4 = _transposed if config.DISABLE_JIT else _transposing()  # type: ignore[attr-defined]

@@ -10,7 +10,8 @@ from bristle_ros.physics.wire import factorise, OK
 from .records import FACTORISATIONS
 
 SLOW = 0.4      # contraction above which it is made anew at once
-WORTH = 3.0     # iterations that cost what a matrix costs, measured
+WORTH = 5.0     # iterations that cost what a matrix costs: 11,000 instructions each, 58,000
+WORTH_ONCE = 3.0    # was taken for it; bits of old logs need it
 # what the second correction is of the first one, where there is no second one to tell
 UNKNOWN = 0.1   # after a new matrix
 NEW = 0.02      # that a new one can be trusted with in smooth motion: seen are 1e-3 to 1e-2
@@ -56,5 +57,6 @@ def judge_matrix(tip, found, tied):
     else:
         enough = 1.0 if tied and found.single else tip[USUAL]
         tip[EXTRA] += max(found.iterations - enough, 0.0)
-    if tip[EXTRA] >= WORTH or found.refresh and not tied:
+    worth = WORTH if tied else WORTH_ONCE
+    if tip[EXTRA] >= worth or found.refresh and not tied:
         tip[MATRIX_STEP] = 0.0

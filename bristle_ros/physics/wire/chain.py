@@ -7,7 +7,8 @@ block is the tip's own compliance, which the contact problem needs. Corners have
 three matrices of six columns, padded to eight rows so that a column is two vector registers, and
 the right-hand side.
 """
-from bristle_ros.physics.compiler import jit, load4, load8, store4, store8
+from bristle_ros.physics.compiler import (jit, load4, load8, push_first4, push_last4, splat4,
+                                          splat_of8, store4, store8, transpose4)
 from bristle_ros.physics.motion import SPIN, SPIN_RATE
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +40,14 @@ SINGULAR = 1
 
 _ROW = 6 * ELEMENTS         # of a block's matrix, from one row to the next
 _RIGHT_LEFT = TANGENT_WORK  # condensed, not symmetric where the frame turns
-_PADDED = _RIGHT_LEFT + SIX_BY_SIX
-CHAIN_WORK = _PADDED + MATRIX
+# of each element by itself, columns padded as those of a record
+_PARTS = _RIGHT_LEFT + SIX_BY_SIX
+_PART_LEFT = 0
+_PART_UPPER = MATRIX        # left and right
+_PART_LOWER = 2 * MATRIX    # right and left
+_PART_RIGHT = 3 * MATRIX
+_PART = 4 * MATRIX
+CHAIN_WORK = _PARTS + ELEMENTS * _PART
 
 
 def chain_work() -> NDArray[np.float64]:
@@ -214,39 +221,50 @@ def _invert_record(record):
 
 
 @jit
-def _columns(a, at, v0, v1, v2, v3, v4, v5):
-    """Return the padded 6 x 6 matrix at a[at:] times v."""
-    return ((load8(a, at) * v0 + load8(a, at + 8) * v1 + load8(a, at + 16) * v2)
-            + (load8(a, at + 24) * v3 + load8(a, at + 32) * v4 + load8(a, at + 40) * v5))
+def _split(work, at, part):
+    """Copy the matrices of four lanes at work[at:] to each element's own place `part`."""
+    zero = splat4(0.0)
+    for col in range(6):
+        x = at + col * ELEMENTS
+        t0, t1, t2, t3 = transpose4(load4(work, x), load4(work, x + _ROW),
+                                    load4(work, x + 2 * _ROW), load4(work, x + 3 * _ROW))
+        u0, u1, u2, u3 = transpose4(load4(work, x + 4 * _ROW), load4(work, x + 5 * _ROW),
+                                    zero, zero)
+        y = _PARTS + part + 8 * col
+        store4(work, y, t0)
+        store4(work, y + 4, u0)
+        store4(work, y + _PART, t1)
+        store4(work, y + _PART + 4, u1)
+        store4(work, y + 2 * _PART, t2)
+        store4(work, y + 2 * _PART + 4, u2)
+        store4(work, y + 3 * _PART, t3)
+        store4(work, y + 3 * _PART + 4, u3)
 
 
 @jit
-def _link(work, lane, before, record):
+def _columns(a, at, b, first):
+    """Return the padded 6 x 6 matrix at a[at:] times the six numbers at b[first:]."""
+    return ((load8(a, at) * splat_of8(b, first) + load8(a, at + 8) * splat_of8(b, first + 1)
+             + load8(a, at + 16) * splat_of8(b, first + 2))
+            + (load8(a, at + 24) * splat_of8(b, first + 3)
+               + load8(a, at + 32) * splat_of8(b, first + 4)
+               + load8(a, at + 40) * splat_of8(b, first + 5)))
+
+
+@jit
+def _link(work, part, before, record):
     """
-    Eliminate the corner of the record `before` from the element in `lane`.
+    Eliminate the corner of the record `before` from the element whose matrices are at `part`.
 
     Its inverse is filled already; LOWER and UPPER follow, and the matrix of the element's own
     corner goes into INVERSE of `record`, not inverted yet.
     """
-    for col in range(6):
-        for row in range(6):
-            place = row * _ROW + col * ELEMENTS + lane
-            work[_PADDED + 8 * col + row] = work[_RIGHT_LEFT + place]
-            record[INVERSE + 8 * col + row] = work[RIGHT_RIGHT + place]
-    for col in range(6):
-        at = LEFT_RIGHT + col * ELEMENTS + lane
-        store8(before, UPPER + 8 * col, _columns(
-            before, INVERSE, work[at], work[at + _ROW], work[at + 2 * _ROW], work[at + 3 * _ROW],
-            work[at + 4 * _ROW], work[at + 5 * _ROW]))
-        at = INVERSE + 8 * col
-        store8(before, LOWER + 8 * col, _columns(
-            work, _PADDED, before[at], before[at + 1], before[at + 2], before[at + 3],
-            before[at + 4], before[at + 5]))
-    for col in range(6):
-        at = LEFT_RIGHT + col * ELEMENTS + lane
-        store8(record, INVERSE + 8 * col, load8(record, INVERSE + 8 * col) - _columns(
-            before, LOWER, work[at], work[at + _ROW], work[at + 2 * _ROW], work[at + 3 * _ROW],
-            work[at + 4 * _ROW], work[at + 5 * _ROW]))
+    for col in range(0, MATRIX, 8):
+        store8(before, UPPER + col, _columns(before, INVERSE, work, part + _PART_UPPER + col))
+        store8(before, LOWER + col, _columns(work, part + _PART_LOWER, before, INVERSE + col))
+    for col in range(0, MATRIX, 8):
+        store8(record, INVERSE + col, load8(work, part + _PART_RIGHT + col)
+               - _columns(before, LOWER, work, part + _PART_UPPER + col))
 
 
 @jit
@@ -277,19 +295,23 @@ def factorise(s, elements, section, step, frame, mids, chain, work):
             for filler in fillers:      # they never move
                 for i in range(36):
                     mids[j, MID_INVERSE + ELEMENTS * i + filler] = 0.0
+            _split(work, LEFT_LEFT, _PART_LEFT)
+            _split(work, LEFT_RIGHT, _PART_UPPER)
+            _split(work, _RIGHT_LEFT, _PART_LOWER)
+            _split(work, RIGHT_RIGHT, _PART_RIGHT)
+        part = _PARTS + lane * _PART
+        record = chain[e]
         if e == 0:
-            for col in range(6):
-                for row in range(6):
-                    chain[0, INVERSE + 8 * col + row] = (
-                        work[RIGHT_RIGHT + row * _ROW + col * ELEMENTS])
+            for col in range(0, MATRIX, 8):
+                store8(record, INVERSE + col, load8(work, part + _PART_RIGHT + col))
             continue
-        for col in range(6):
-            for row in range(6):
-                chain[e - 1, INVERSE + 8 * col + row] += (
-                    work[LEFT_LEFT + row * _ROW + col * ELEMENTS + lane])
-        if _invert_record(chain[e - 1]) != OK:
+        before = chain[e - 1]
+        for col in range(0, MATRIX, 8):
+            store8(before, INVERSE + col, load8(before, INVERSE + col)
+                   + load8(work, part + _PART_LEFT + col))
+        if _invert_record(before) != OK:
             return SINGULAR
-        _link(work, lane, chain[e - 1], chain[e])
+        _link(work, part, before, record)
     return _invert_record(chain[elements - 1])
 
 
@@ -315,19 +337,53 @@ def eliminate(s, elements, mids, chain):
                    + _dot(matrices, LEFT_MID + row * _ROW, ELEMENTS, r0, r1, r2, r3, r4, r5))
             add_to(rows, (R + row) * LANES + ELEMENTS,
                    -_dot(matrices, RIGHT_MID + row * _ROW, ELEMENTS, r0, r1, r2, r3, r4, r5))
-    for e in range(elements):
-        j, lane = e // ELEMENTS, e % ELEMENTS
-        k, left = (e + 1) // ELEMENTS, (e + 1) % ELEMENTS
-        for row in range(6):
-            value = s[j, (R + row) * LANES + ELEMENTS + lane]
-            if e + 1 < elements:
-                value -= s[k, (LR + row) * LANES + left]
-            chain[e, CORNER + row] = value
+    _gather_corners(s, elements, chain)
     for e in range(elements - 1):
         before, behind = chain[e], chain[e + 1]
-        store8(behind, CORNER, load8(behind, CORNER) - _columns(
-            before, LOWER, before[CORNER], before[CORNER + 1], before[CORNER + 2],
-            before[CORNER + 3], before[CORNER + 4], before[CORNER + 5]))
+        store8(behind, CORNER, load8(behind, CORNER) - _columns(before, LOWER, before, CORNER))
+
+
+@jit
+def _gather_corners(s, elements, chain):
+    """Put each corner's row, less what the element behind has passed on, into its record."""
+    zero = splat4(0.0)
+    whole = elements // ELEMENTS
+    for j in range(whole):
+        rows, behind = s[j], s[min(j + 1, s.shape[0] - 1)]
+        last = j + 1 == s.shape[0]
+        v0 = _corner_row(rows, behind, last, 0)
+        v1 = _corner_row(rows, behind, last, 1)
+        v2 = _corner_row(rows, behind, last, 2)
+        v3 = _corner_row(rows, behind, last, 3)
+        t0, t1, t2, t3 = transpose4(v0, v1, v2, v3)
+        u0, u1, u2, u3 = transpose4(_corner_row(rows, behind, last, 4),
+                                    _corner_row(rows, behind, last, 5), zero, zero)
+        e = j * ELEMENTS
+        _put_corner(chain[e], t0, u0)
+        _put_corner(chain[e + 1], t1, u1)
+        _put_corner(chain[e + 2], t2, u2)
+        _put_corner(chain[e + 3], t3, u3)
+    for e in range(whole * ELEMENTS, elements):
+        rows, lane = s[whole], e - whole * ELEMENTS
+        for row in range(6):
+            value = rows[(R + row) * LANES + ELEMENTS + lane]
+            if e + 1 < elements:
+                value -= rows[(LR + row) * LANES + lane + 1]
+            chain[e, CORNER + row] = value
+
+
+@jit
+def _corner_row(rows, behind, last, row):
+    """Return a row of the corners of a block; behind: the next block, last: there is none."""
+    passed = 0.0 if last else behind[(LR + row) * LANES]
+    return (load4(rows, (R + row) * LANES + ELEMENTS)
+            - push_last4(load4(rows, (LR + row) * LANES), passed))
+
+
+@jit
+def _put_corner(record, low, high):
+    store4(record, CORNER, low)
+    store4(record, CORNER + 4, high)
 
 
 @jit
@@ -336,21 +392,11 @@ def substitute(s, elements, mids, chain):
     blocks = s.shape[0]
     for e in range(elements):
         record = chain[e]
-        store8(record, CORNER, _columns(
-            record, INVERSE, record[CORNER], record[CORNER + 1], record[CORNER + 2],
-            record[CORNER + 3], record[CORNER + 4], record[CORNER + 5]))
+        store8(record, CORNER, _columns(record, INVERSE, record, CORNER))
     for e in range(elements - 2, -1, -1):
         before, behind = chain[e], chain[e + 1]
-        store8(before, CORNER, load8(before, CORNER) - _columns(
-            before, UPPER, behind[CORNER], behind[CORNER + 1], behind[CORNER + 2],
-            behind[CORNER + 3], behind[CORNER + 4], behind[CORNER + 5]))
-    for e in range(blocks * ELEMENTS):
-        j, lane = e // ELEMENTS, e % ELEMENTS
-        for row in range(6):
-            s[j, (R + row) * LANES + ELEMENTS + lane] = (
-                chain[e, CORNER + row] if e < elements else 0.0)
-            s[j, (LR + row) * LANES + lane] = (
-                chain[e - 1, CORNER + row] if 0 < e < elements else 0.0)
+        store8(before, CORNER, load8(before, CORNER) - _columns(before, UPPER, behind, CORNER))
+    _scatter_corners(s, elements, chain)
     for j in range(blocks):
         rows, matrices = s[j], mids[j]
         r0, r1 = load4(rows, R * LANES), load4(rows, (R + 1) * LANES)
@@ -371,3 +417,37 @@ def substitute(s, elements, mids, chain):
         for row in range(6):
             add_to(rows, (R + row) * LANES,
                    -_dot(matrices, MID_LEFT + row * _ROW, ELEMENTS, u0, u1, u2, u3, u4, u5))
+
+
+@jit
+def _scatter_corners(s, elements, chain):
+    """Put the corners' increments into the rows R, and LR of the elements behind them."""
+    whole = elements // ELEMENTS
+    for j in range(whole):
+        rows, before, e = s[j], s[max(j - 1, 0)], j * ELEMENTS
+        one, two, three, four = chain[e], chain[e + 1], chain[e + 2], chain[e + 3]
+        v0, v1, v2, v3 = transpose4(load4(one, CORNER), load4(two, CORNER),
+                                    load4(three, CORNER), load4(four, CORNER))
+        v4, v5, _, _ = transpose4(load4(one, CORNER + 4), load4(two, CORNER + 4),
+                                  load4(three, CORNER + 4), load4(four, CORNER + 4))
+        _put_corners(rows, before, j == 0, 0, v0)
+        _put_corners(rows, before, j == 0, 1, v1)
+        _put_corners(rows, before, j == 0, 2, v2)
+        _put_corners(rows, before, j == 0, 3, v3)
+        _put_corners(rows, before, j == 0, 4, v4)
+        _put_corners(rows, before, j == 0, 5, v5)
+    for e in range(whole * ELEMENTS, s.shape[0] * ELEMENTS):
+        rows, lane = s[whole], e - whole * ELEMENTS
+        for row in range(6):
+            rows[(R + row) * LANES + ELEMENTS + lane] = (
+                chain[e, CORNER + row] if e < elements else 0.0)
+            rows[(LR + row) * LANES + lane] = (
+                chain[e - 1, CORNER + row] if 0 < e < elements else 0.0)
+
+
+@jit
+def _put_corners(rows, before, first, row, corners):
+    """Store a row of the corners of a block; before: the block before, first: there is none."""
+    passed = 0.0 if first else before[(R + row) * LANES + LANES - 1]
+    store4(rows, (R + row) * LANES + ELEMENTS, corners)
+    store4(rows, (LR + row) * LANES, push_first4(corners, passed))
