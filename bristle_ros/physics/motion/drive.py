@@ -63,7 +63,7 @@ def profile_at(t, profile, amplitude, frequency, b):
     profile : CONSTANT, SINE (eq. 5 of the paper) or VAP (eqs. 2-4); amplitude [rad/s]; frequency
     [Hz]; b the VAP function's shape. h1 of the paper is a triangle wave in [-1/2, 1/2], h2 = |h1|.
     """
-    if profile == CONSTANT:
+    if profile == CONSTANT or amplitude == 0.0:
         return 0.0, 0.0, 0.0
     phase = frequency * t
     phase -= floor(phase)

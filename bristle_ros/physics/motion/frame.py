@@ -56,8 +56,13 @@ def frame_at(t, drive, displacement, motion, basics, frame):
         theta, omega, alpha, turning = 0.0, 0.0, 0.0, 0.0
     turn = theta - drive.tilt_azimuth
     ct, st = cos(turn), sin(turn)
+    ch, sh = 1.0, 0.0
+    if heading != 0.0:
+        ch, sh = cos(heading), sin(heading)
     front = heading + drive.tilt_azimuth
-    cf, sf = cos(front), sin(front)
+    cf, sf = ch, sh
+    if drive.tilt_azimuth != 0.0:
+        cf, sf = cos(front), sin(front)
     ca, sa = drive.cos_attack, drive.sin_attack
     frame[ROTATION] = cf * ca * ct - sf * st
     frame[ROTATION + 1] = -cf * ca * st - sf * ct
@@ -85,7 +90,6 @@ def frame_at(t, drive, displacement, motion, basics, frame):
     uy = vy + yaw * drive.mount_x
     ax = vx_rate - yaw_rate * drive.mount_y - yaw * uy
     ay = vy_rate + yaw_rate * drive.mount_x + yaw * ux
-    ch, sh = cos(heading), sin(heading)
     frame[VELOCITY] = ch * ux - sh * uy
     frame[VELOCITY + 1] = sh * ux + ch * uy
     if drive.kerb_approach != 0.0:

@@ -57,7 +57,7 @@ class Corrections(NamedTuple):
 def predict(model, law, viscosity, bristle, scratch, step):
     """Fill the step's histories, and put what it is expected to end in into the positions."""
     nodes, tip = bristle.nodes, bristle.tip
-    begin_step(nodes, model.blocks, step.h, model.scheme, tip[TREND])
+    begin_step(nodes, model.blocks, step.h, model.scheme, tip[TREND], tip[TREND + 1])
     begin_section_forces(nodes, model.blocks)
     if viscosity is not None:
         predict_damping(nodes, model.blocks, model.section, viscosity, step.cv, step.keep,
@@ -227,7 +227,7 @@ def accept(model, law, viscosity, audit, bristle, scratch, step, living):
                        1.0 / (scheme.beta * h * h), 1.0 / (scheme.beta * h),
                        0.5 / scheme.beta - 1.0)
     accept_section_forces(nodes, model.blocks)
-    tip[TREND] = accept_step(nodes, model.blocks, h, scheme)
+    tip[TREND], tip[TREND + 1] = accept_step(nodes, model.blocks, h, scheme)
     if law is not None:
         lost = finish_on_surface(bristle, law, law.surface, h, end, scratch.contact)
         for i in range(3):

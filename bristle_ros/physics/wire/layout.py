@@ -57,9 +57,10 @@ RATEACC0 = RATE0 + 6  # 6
 # a left row, and a node row at the start of the step
 LR = RATEACC0 + 6  # 6  residual passed on to the left corner, then its increment; in lanes 4-7
 #                      what the excess of the section force adds to it
-JUMP = LR + 6   # 6  change of A0 over the last step
+JUMP = LR + 6   # 6  change of A0 over the last step,
+LAST_JUMP = JUMP + 6  # 6  and over the one before
 # point rows of the section force as an unknown of its own (section_force.py)
-SECTION_FORCE0 = JUMP + 6  # 3  [N] at the start of the step, section axes
+SECTION_FORCE0 = LAST_JUMP + 6  # 3  [N] at the start of the step, section axes
 SECTION_FORCE = SECTION_FORCE0 + 3  # 3  now
 EXCESS = SECTION_FORCE + 3  # 3  what the strain would make of it, less what it is
 # point rows, where the clamp is driven along a polygon

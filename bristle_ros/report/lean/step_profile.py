@@ -2,7 +2,7 @@
 from bristle_ros.physics.motion import CLAMP
 from bristle_ros.physics.step import FACTORISATIONS, NEWTON, own_frame
 from bristle_ros.physics.wire import (accept_damping, accept_step, add_excess, begin_step,
-                                      eliminate, factorise, internal_forces, LANES,
+                                      CORNER, eliminate, factorise, internal_forces, LANES,
                                       local_error, move_nodes, predict_damping, R, residual,
                                       ROWS, StepCoefficients, strains, substitute,
                                       update_section_forces)
@@ -22,6 +22,7 @@ def _kernels(simulation):
     model, state, scratch = simulation.model, simulation.state, new_scratch(simulation.model)
     section, scheme = model.section, model.scheme
     mids, chain = state.mids[0].copy(), state.chain[0].copy()
+    chain[:, CORNER:] = 0.0
     ca, cv = 1.0 / (scheme.beta * STEP ** 2), scheme.gamma / (scheme.beta * STEP)
     frame = scratch.frames[2]
     own_frame(model, state.motion, model.azimuth[0], 0.1, scratch, frame)
@@ -45,11 +46,11 @@ def _kernels(simulation):
         'factorise': ('matrix', lambda s, blocks, elements: factorise(
             s, elements, section, step, frame, mids, chain, scratch.work)),
         'begin step': ('step', lambda s, blocks, elements: begin_step(
-            s, blocks, STEP, scheme, 0.0)),
+            s, blocks, STEP, scheme, 0.0, 0.0)),
         'accept step': ('step', lambda s, blocks, elements: accept_step(
             s, blocks, STEP, scheme)),
         'local error': ('step', lambda s, blocks, elements: local_error(
-            s, elements, STEP, scheme, (0.0, 0.0, 0.0))),
+            s, max(elements, 1), STEP, scheme, (0.0, 0.0, 0.0))),
     }
     viscosity = viscosity_of(simulation.scene)
     if viscosity:
@@ -65,19 +66,24 @@ def _kernels(simulation):
 
 def _times(simulation):
     """Return [(kernel, what calls it, time of a call [us], less that with no nodes)]."""
+    return [(kernel, place, _time_of(simulation, call))
+            for kernel, (place, call) in _kernels(simulation).items()]
+
+
+def _time_of(simulation, call):
+    """Return the time of a call, less that with no nodes [us]."""
     elements, blocks = simulation.model.elements, simulation.model.blocks
+    # its own copy: what other kernels leave behind may be no numbers, and factorising those stops
     nodes = simulation.state.nodes[0].copy()
     # no residual, no increment: repeated calls lead nowhere
     nodes.reshape(blocks, ROWS, LANES)[:, R:R + 6] = 0.0
-    times = []
-    for kernel, (place, call) in _kernels(simulation).items():
-        def often(*arguments, call=call):
-            for _ in range(CALLS):
-                call(*arguments)
-        full, _ = best_of(lambda: often(nodes, blocks, elements), TURNS)
-        empty, _ = best_of(lambda: often(nodes[:0], 0, 0), TURNS)
-        times.append((kernel, place, 1e6 * (full - empty) / CALLS))
-    return times
+
+    def often(*arguments):
+        for _ in range(CALLS):
+            call(*arguments)
+    full, _ = best_of(lambda: often(nodes, blocks, elements), TURNS)
+    empty, _ = best_of(lambda: often(nodes[:0], 0, 0), TURNS)
+    return 1e6 * (full - empty) / CALLS
 
 
 def profile(name, duration, repeats):
