@@ -5,8 +5,9 @@ from .beam import clamp_reaction, internal_forces, Section, stiffness
 from .chain import chain_work, CORNER, eliminate, factorise, INVERSE, MIDS, OK, RECORD, substitute
 from .coefficients import pseudo_step, StepCoefficients
 from .damping import accept_damping, keep_strains, predict_damping, strains
-from .dynamics import (accept_step, add_change, begin_step, error_constant, error_of_changes,
-                       fill_changes, local_error, rescale_memory, residual)
+from .dynamics import (add_change, error_constant, error_of_changes, fill_changes, local_error,
+                       residual)
+from .history import accept_step, begin_step, rescale_memory
 from .increments import largest_turn, move_nodes
 from .layout import (A0, ACC0, BLOCK, block_count, ELEMENTS, HA, HV, INERTIA, JUMP, LANES, LR,
                      MASS, NODE_FORCE, Q, Q0, R, RATE0, RATEACC0, ROWS, SECTION_FORCE,
