@@ -42,7 +42,7 @@ def scene(load_case, time_step, contact=True):
         contact=Contact(enabled=contact), damping=Damping(mass=0.1, stiffness=1e-3),
         drive=Drive(profile='constant', mean_speed=SPEED),
         solver=Solver(integration_time_step=ITS, load_case=load_case, time_step=time_step,
-                      spectral_radius=0.0))
+                      spectral_radius=0.0, tolerance=1e-9))
 
 
 def follow(simulation, commands, steps, every=1):

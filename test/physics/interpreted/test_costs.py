@@ -112,9 +112,9 @@ def counted(scene, steps):
 
 # per step: measured, and one iteration of the whole run on top
 MOST = {'free': (3.7, 0.25, 0.0), 'free undamped': (3.9, 0.25, 0.0),
-        'displacement': (3.3, 0.25, 0.0), 'hht': (3.2, 0.34, 0.0), 'slip': (5.23, 0.18, 0.33),
-        'stick': (6.83, 0.18, 3.33), 'rigid slip': (5.5, 0.2, 0.2),
-        'rigid stick': (6.53, 0.23, 0.5), 'displacement stick': (7.17, 0.17, 2.04)}
+        'displacement': (3.3, 0.25, 0.0), 'hht': (3.2, 0.34, 0.0), 'slip': (5.3, 0.18, 0.33),
+        'stick': (6.03, 0.23, 3.33), 'rigid slip': (5.63, 0.2, 0.2),
+        'rigid stick': (6.53, 0.23, 0.5), 'displacement stick': (6.14, 0.24, 2.04)}
 
 
 @pytest.mark.parametrize('name', SCENES)

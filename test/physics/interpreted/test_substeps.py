@@ -71,7 +71,7 @@ def test_adaptive_steps_keep_to_their_tolerance():
     counts = simulation.state.counts[0]
     # measured: what rescaling and prediction get wrong costs sub-steps and iterations
     assert 20 < counts[SUBSTEPS] <= 27, counts
-    assert counts[NEWTON] <= 92, counts
+    assert counts[NEWTON] <= 94, counts
     assert counts[FACTORISATIONS] <= 8, counts
     moved = path(exact)[:, :3] - path(commanded(touching()))[:, :3]
     off = path(simulation)[:, :3] - path(exact)[:, :3]

@@ -63,13 +63,14 @@ def test_reset_starts_over():
 
 def test_a_brush_is_its_bristles():
     # Three at once, and each alone with its azimuth as start angle: apart from round-off, which
-    # impacts amplify, the same.
-    brush = Simulation(bouncing_sweep(its=1e-4, count=3), energies=True)
+    # impacts amplify, the same. It decides, too, how little Newton leaves: next to nothing here.
+    tight = {'its': 1e-4, 'tolerance': 1e-9}
+    brush = Simulation(bouncing_sweep(count=3, **tight), energies=True)
     brush.advance(1000)
     together = brush.snapshot()
     force = np.zeros(3)
     for i in range(3):
-        alone = Simulation(bouncing_sweep(its=1e-4, start_angle=2.0 * np.pi * i / 3.0),
+        alone = Simulation(bouncing_sweep(start_angle=2.0 * np.pi * i / 3.0, **tight),
                            energies=True)
         alone.advance(1000)
         one = alone.snapshot()
@@ -125,7 +126,7 @@ def test_failure_leaves_the_last_good_state():
     for run_on in (simulation, fresh):
         run_on.advance(100)
     np.testing.assert_allclose(simulation.snapshot().tip_position, fresh.snapshot().tip_position,
-                               atol=1e-7)
+                               atol=1e-6)
 
 
 def test_mass_damping():
