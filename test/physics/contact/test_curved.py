@@ -39,7 +39,8 @@ def test_inclined_plane_is_a_level_one_seen_from_a_tilted_brush(tmp_path):
     slope = 0.15
     file = tmp_path / 'plane.csv'
     file.write_text('\n'.join(f'{x},{x * math.tan(slope)!r}' for x in (-20.0, 20.0)))
-    still = BASE | {'road.approach_time': 0.0, 'gravity': 0.0, 'solver.largest_error': 2e-4}
+    still = BASE | {'road.approach_time': 0.0, 'gravity': 0.0, 'solver.largest_error': 2e-4,
+                    'solver.tolerance': 1e-9}
     level = scene(still, road__attack_angle=slope, road__penetration=0.03)
     distance = tip_depth(level) - 0.03
     deep = tip_depth(scene(still)) - distance / math.cos(slope)
