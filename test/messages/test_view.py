@@ -128,7 +128,7 @@ def test_markers_show_the_surface_where_the_tips_touch_it():
         'gutter.enabled': True, 'gutter.kerb_distance': 0.27, 'gutter.approach': 0.1,
         'profile.kind': 'file',
         'profile.file': 'data:-1,-0.01;0.2,-0.012;0.4,-0.004;0.6,-0.012;2,-0.01',
-        'road.approach_time': 0.1, 'road.penetration': 0.03,
+        'road.approach_time': 0.1, 'road.penetration': 0.04,
         'sweeper.velocity': [1.5, 0.0], 'sweeper.mount_position': [0.3, 0.1],
         'damping.stiffness': 1e-6, 'solver.integration_time_step': 1e-3, 'brush.bristle_count': 8})
     # with the kernels of the campaign's sum of kerb and profile
