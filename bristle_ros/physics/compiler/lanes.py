@@ -91,7 +91,7 @@ def _place(context, builder, sig, values, width):
 
 
 def _access(width):
-    """Make load, store (in flat, contiguous arrays), splat and with_first for this width."""
+    """Make load, store (in flat, contiguous arrays), splats and moves for this width."""
     lanes = _Lanes(width)
 
     @intrinsic
@@ -128,13 +128,6 @@ def _access(width):
             return _splat(builder, builder.load(builder.gep(make.data, [values[1]])), width)
         return lanes(array, types.intp), generate
 
-    @intrinsic
-    def with_first(typing, lanes_, number):
-        """Return the vector with `number` in its first lane."""
-        def generate(context, builder, sig, values):
-            return builder.insert_element(values[0], values[1], ir.Constant(ir.IntType(32), 0))
-        return lanes(lanes, types.float64), generate
-
     def moved(order, lane):
         @intrinsic
         def move(typing, lanes_, number):
@@ -144,7 +137,7 @@ def _access(width):
             return lanes(lanes, types.float64), generate
         return move
 
-    return (load, store, splat, splat_of, with_first,
+    return (load, store, splat, splat_of,
             moved([0, *range(width - 1)], 0), moved([*range(1, width), 0], width - 1))
 
 
@@ -189,16 +182,13 @@ def _interpreted(width):
     def splat_of(array, index):
         return np.full(width, array[index])
 
-    def with_first(lanes, number):
-        return np.concatenate(([number], lanes[1:]))
-
     def push_first(lanes, number):
         return np.concatenate(([number], lanes[:-1]))
 
     def push_last(lanes, number):
         return np.concatenate((lanes[1:], [number]))
 
-    return load, store, splat, splat_of, with_first, push_first, push_last
+    return load, store, splat, splat_of, push_first, push_last
 
 
 def _transposed(a, b, c, d):
@@ -207,6 +197,6 @@ def _transposed(a, b, c, d):
 
 _made = _interpreted if config.DISABLE_JIT else _access  # type: ignore[attr-defined]
 # push_first4: all lanes one up, and a number into the first; push_last4: one down
-load4, store4, splat4, _, with_first4, push_first4, push_last4 = _made(4)
+load4, store4, splat4, _, push_first4, push_last4 = _made(4)
 load8, store8, _, splat_of8, *_ = _made(8)
 transpose4 = _transposed if config.DISABLE_JIT else _transposing()  # type: ignore[attr-defined]

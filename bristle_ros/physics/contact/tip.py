@@ -82,7 +82,7 @@ def keep_rate(record, old1, old2, old3, h):
     """
     Keep how fast a contact's force has changed in a step that is done, and its trend.
 
-    The trend is that of `accept_step` (wire/dynamics.py): 1 in smooth motion; 0 where it rings.
+    The trend is what the last two changes have in common: 1 in smooth motion, 0 where it rings.
     old [N] :   force before the step
     """
     both = square = 0.0

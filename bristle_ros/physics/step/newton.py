@@ -277,8 +277,8 @@ def try_step(model, law, viscosity, audit, bristle, scratch, h, shortest):
         return status
     tip[CONTRACTION] = found.contraction
     judge_matrix(tip, found, model.scheme.tied)
+    tip[STEP] = h
     accept(model, law, viscosity, audit, bristle, scratch, step, living)
     if law is not None and model.scheme.tied:
         keep_rate(tip, old1, old2, old3, h)
-    tip[STEP] = h
     return OK

@@ -19,7 +19,7 @@ Im(conj(q_i) Y_i), Y_i = sum w (N_i' P(0, m) + N_i P(-m.k, n x c - k0 m + m x k)
 """
 from typing import NamedTuple
 
-from bristle_ros.physics.compiler import inlined, jit, load4, store4, with_first4
+from bristle_ros.physics.compiler import inlined, jit, load4, push_first4, store4
 import numpy as np
 
 from .layout import (DP, DX, ELEMENTS, EXCESS, LANES, LFORCE, LQ, LTORQUE, LX, NODE_FORCE, P, PF,
@@ -61,8 +61,8 @@ def gather_left_nodes(s, blocks, clamp):
         for row in range(7):
             before = clamp[row] if j == 0 else s[j - 1, (X + row) * LANES + LANES - 1]
             # the right corners of all but the last element, one lane on
-            corners = load4(r, (X + row) * LANES + ELEMENTS - 1)
-            store4(r, (LX + row) * LANES, with_first4(corners, before))
+            corners = load4(r, (X + row) * LANES + ELEMENTS)
+            store4(r, (LX + row) * LANES, push_first4(corners, before))
 
 
 @jit
