@@ -147,6 +147,28 @@ def _shuffle(builder, one, two, order):
     return builder.shuffle_vector(one, two, ir.Constant(ir.VectorType(index, len(order)), order))
 
 
+def _spreading():
+    """Make splats6 and join4."""
+    half, whole = _Lanes(4), _Lanes(8)
+
+    @intrinsic
+    def splats(typing, lanes):
+        """Return six vectors: each of the first six lanes in all lanes."""
+        def generate(context, builder, sig, values):
+            vectors = [_shuffle(builder, values[0], values[0], [lane] * 8) for lane in range(6)]
+            return context.make_tuple(builder, sig.return_type, vectors)
+        return types.UniTuple(whole, 6)(whole), generate
+
+    @intrinsic
+    def join(typing, low, high):
+        """Return a vector of eight lanes from two of four."""
+        def generate(context, builder, sig, values):
+            return _shuffle(builder, *values, list(range(8)))
+        return whole(half, half), generate
+
+    return splats, join
+
+
 def _transposing():
     """Make transpose4."""
     lanes = _Lanes(4)
@@ -195,8 +217,18 @@ def _transposed(a, b, c, d):
     return tuple(np.array((a, b, c, d)).T)
 
 
+def _spread(lanes):
+    return tuple(np.full(8, number) for number in lanes[:6])
+
+
+def _joined(low, high):
+    return np.concatenate((low, high))
+
+
 _made = _interpreted if config.DISABLE_JIT else _access  # type: ignore[attr-defined]
 # push_first4: all lanes one up, and a number into the first; push_last4: one down
 load4, store4, splat4, _, push_first4, push_last4 = _made(4)
 load8, store8, _, splat_of8, *_ = _made(8)
 transpose4 = _transposed if config.DISABLE_JIT else _transposing()  # type: ignore[attr-defined]
+splats6, join4 = (  # type: ignore[attr-defined]
+    (_spread, _joined) if config.DISABLE_JIT else _spreading())  # type: ignore[attr-defined]

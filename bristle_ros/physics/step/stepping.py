@@ -5,7 +5,7 @@ When it fails even with a fresh matrix the step is halved, down to 2^-DEEPEST of
 step; when that fails too, `advance` stops with a status and the state at the start of that
 integration step. All decisions depend on the state alone, so a run repeats bit for bit.
 """
-from bristle_ros.physics.compiler import inlined, jit, take
+from bristle_ros.physics.compiler import inlined, jit, load8, store8, take
 from bristle_ros.physics.contact import (ESTIMATE, is_clear, LEVEL, MATRIX_STEP, POINT, rotate)
 from bristle_ros.physics.motion import (CLAMP, drive_clamp, follow_path, frame_at, HEIGHT,
                                         is_carried, is_polygon, keep_place, ROTATION, turn_frame,
@@ -50,9 +50,12 @@ def own_frame(model, motion, azimuth, t, scratch, frame):
 def keep_copy(s, tip, points, into, into_tip, into_points):
     """Copy what a bristle's nodes carry from step to step, and its contact's records."""
     for j in range(s.shape[0]):
-        for first, end in ((X0, HA), (STRAIN0, LR), (JUMP, SECTION_FORCE)):
-            for i in range(first * LANES, end * LANES):
-                into[j, i] = s[j, i]
+        for row in range(X0, HA):
+            store8(into[j], row * LANES, load8(s[j], row * LANES))
+        for row in range(STRAIN0, LR):
+            store8(into[j], row * LANES, load8(s[j], row * LANES))
+        for row in range(JUMP, SECTION_FORCE):
+            store8(into[j], row * LANES, load8(s[j], row * LANES))
     for i in range(tip.size):
         into_tip[i] = tip[i]
     for e in range(points.shape[0]):
@@ -61,35 +64,33 @@ def keep_copy(s, tip, points, into, into_tip, into_points):
 
 
 @jit
-def part_frame(model, motion, azimuth, start, step, position, scratch, frame):
-    """
-    Fill the frame record of a bristle at start + step + position / WHOLE integration steps.
-
-    Where the steps of many bristles end, within 1 / PARTS of a step, it is worked out but once.
-    """
-    t = (start + step + position / WHOLE) * model.its
-    part = position * (PARTS / WHOLE)
-    if part != int(part):
-        own_frame(model, motion, azimuth, t, scratch, frame)
-        way_within(scratch.table, step, position / WHOLE, model.its, frame)
-        return
-    at = step * PARTS + int(part)
-    if scratch.known[at] == 0:
-        mount_frame(model, motion, t, scratch, scratch.parts[at])
-        way_within(scratch.table, step, position / WHOLE, model.its, scratch.parts[at])
-        scratch.known[at] = 1
-    turn_frame(scratch.parts[at], azimuth[0], azimuth[1], frame)
+def frame_within(model, motion, start, step, part, scratch, frame):
+    """Fill the frame record of a bristle at azimuth 0 after start + step + part steps."""
+    mount_frame(model, motion, (start + step + part) * model.its, scratch, frame)
+    way_within(scratch.table, step, part, model.its, frame)
 
 
 @inlined
 def place_frames(model, state, azimuth, step, position, size, scratch):
-    """Fill the frames of a sub-step, `size` from `position` on of WHOLE in a step."""
+    """
+    Fill the frames of a sub-step, `size` from `position` on of WHOLE in a step.
+
+    Where the steps of many bristles end, within 1 / PARTS of a step, they are worked out but once.
+    What is at hand is turned here: to hand all records to a kernel takes longer than that.
+    """
     for i in range(3):
+        part = (position + 0.5 * i * size) / WHOLE
+        place = step * PARTS + int(part * PARTS)
+        frame = scratch.parts[place]
         if size == WHOLE:
-            turn_frame(scratch.table[2 * step + i], azimuth[0], azimuth[1], scratch.frames[i])
-        else:
-            part_frame(model, state.motion, azimuth, state.step[0], step,
-                       position + 0.5 * i * size, scratch, scratch.frames[i])
+            frame = scratch.table[2 * step + i]
+        elif part * PARTS != int(part * PARTS):
+            frame = scratch.frame
+            frame_within(model, state.motion, state.step[0], step, part, scratch, frame)
+        elif scratch.known[place] == 0:
+            frame_within(model, state.motion, state.step[0], step, part, scratch, frame)
+            scratch.known[place] = 1
+        turn_frame(frame, azimuth[0], azimuth[1], scratch.frames[i])
 
 
 @jit

@@ -7,8 +7,8 @@ block is the tip's own compliance, which the contact problem needs. Corners have
 three matrices of six columns, padded to eight rows so that a column is two vector registers, and
 the right-hand side.
 """
-from bristle_ros.physics.compiler import (jit, load4, load8, push_first4, push_last4, splat4,
-                                          splat_of8, store4, store8, transpose4)
+from bristle_ros.physics.compiler import (jit, join4, load4, load8, push_first4, push_last4,
+                                          splat4, splat_of8, splats6, store4, store8, transpose4)
 from bristle_ros.physics.motion import SPIN, SPIN_RATE
 import numpy as np
 from numpy.typing import NDArray
@@ -252,6 +252,14 @@ def _columns(a, at, b, first):
 
 
 @jit
+def _columns_by(a, at, vector):
+    """Do the same with the six numbers in a vector: nothing waits for what was just stored."""
+    x0, x1, x2, x3, x4, x5 = splats6(vector)
+    return ((load8(a, at) * x0 + load8(a, at + 8) * x1 + load8(a, at + 16) * x2)
+            + (load8(a, at + 24) * x3 + load8(a, at + 32) * x4 + load8(a, at + 40) * x5))
+
+
+@jit
 def _link(work, part, before, record):
     """
     Eliminate the corner of the record `before` from the element whose matrices are at `part`.
@@ -338,9 +346,10 @@ def eliminate(s, elements, mids, chain):
             add_to(rows, (R + row) * LANES + ELEMENTS,
                    -_dot(matrices, RIGHT_MID + row * _ROW, ELEMENTS, r0, r1, r2, r3, r4, r5))
     _gather_corners(s, elements, chain)
-    for e in range(elements - 1):
-        before, behind = chain[e], chain[e + 1]
-        store8(behind, CORNER, load8(behind, CORNER) - _columns(before, LOWER, before, CORNER))
+    rest = load8(chain[0], CORNER)
+    for e in range(1, elements):
+        rest = load8(chain[e], CORNER) - _columns_by(chain[e - 1], LOWER, rest)
+        store8(chain[e], CORNER, rest)
 
 
 @jit
@@ -382,20 +391,21 @@ def _corner_row(rows, behind, last, row):
 
 @jit
 def _put_corner(record, low, high):
-    store4(record, CORNER, low)
-    store4(record, CORNER + 4, high)
+    store8(record, CORNER, join4(low, high))
 
 
 @jit
 def substitute(s, elements, mids, chain):
     """Backward sweep, tip to clamp: the residual rows become increments; zero for fillers."""
     blocks = s.shape[0]
-    for e in range(elements):
-        record = chain[e]
-        store8(record, CORNER, _columns(record, INVERSE, record, CORNER))
+    record = chain[elements - 1]
+    increment = _columns(record, INVERSE, record, CORNER)
+    store8(record, CORNER, increment)
     for e in range(elements - 2, -1, -1):
-        before, behind = chain[e], chain[e + 1]
-        store8(before, CORNER, load8(before, CORNER) - _columns(before, UPPER, behind, CORNER))
+        record = chain[e]
+        increment = (_columns(record, INVERSE, record, CORNER)
+                     - _columns_by(record, UPPER, increment))
+        store8(record, CORNER, increment)
     _scatter_corners(s, elements, chain)
     for j in range(blocks):
         rows, matrices = s[j], mids[j]
