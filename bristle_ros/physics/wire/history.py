@@ -8,8 +8,8 @@ from math import sqrt
 
 from bristle_ros.physics.compiler import jit, load8, store8
 
-from .layout import (A0, ACC0, HA, HV, JUMP, LANES, LAST_JUMP, MASS, NODE_FORCE, Q, Q0, R, V0, X,
-                     X0)
+from .layout import (A0, ACC0, HA, HV, JUMP, LANES, LAST_JUMP, MASS, NODE_FORCE, Q, Q0, R, ROWS,
+                     V0, X, X0)
 
 NOISE = 1e-8        # part of the squares of changes that is none
 NOTHING = 1e-200    # of them that is no change
@@ -76,6 +76,21 @@ def sum_lanes(r, lanes):
 
 
 @jit
+def _fill_turns(s, j):
+    """Put the rotation increments of a block's nodes into the last three residual rows."""
+    # the compiler would write eight lanes out one by one if it could count them
+    for i in range(s.shape[1] // ROWS):
+        q0, q1, q2, q3 = (s[j, Q * LANES + i], s[j, (Q + 1) * LANES + i],
+                          s[j, (Q + 2) * LANES + i], s[j, (Q + 3) * LANES + i])
+        s0, s1, s2, s3 = (s[j, Q0 * LANES + i], s[j, (Q0 + 1) * LANES + i],
+                          s[j, (Q0 + 2) * LANES + i], s[j, (Q0 + 3) * LANES + i])
+        inverse = 2.0 / (s0 * q0 + s1 * q1 + s2 * q2 + s3 * q3)
+        s[j, (R + 3) * LANES + i] = inverse * (s0 * q1 - q0 * s1 - s2 * q3 + s3 * q2)
+        s[j, (R + 4) * LANES + i] = inverse * (s0 * q2 - q0 * s2 - s3 * q1 + s1 * q3)
+        s[j, (R + 5) * LANES + i] = inverse * (s0 * q3 - q0 * s3 - s1 * q2 + s2 * q1)
+
+
+@jit
 def accept_step(s, blocks, h, scheme):
     """
     Carry positions, velocities and accelerations over to the start of the next step.
@@ -94,14 +109,7 @@ def accept_step(s, blocks, h, scheme):
     d02, d11, d12, d22 = d01, d01, d01, d01
     for j in range(blocks):
         r = s[j]
-        q0, q1, q2, q3 = (load8(r, Q * LANES), load8(r, (Q + 1) * LANES),
-                          load8(r, (Q + 2) * LANES), load8(r, (Q + 3) * LANES))
-        s0, s1, s2, s3 = (load8(r, Q0 * LANES), load8(r, (Q0 + 1) * LANES),
-                          load8(r, (Q0 + 2) * LANES), load8(r, (Q0 + 3) * LANES))
-        inverse = 2.0 / (s0 * q0 + s1 * q1 + s2 * q2 + s3 * q3)
-        store8(r, (R + 3) * LANES, inverse * (s0 * q1 - q0 * s1 - s2 * q3 + s3 * q2))
-        store8(r, (R + 4) * LANES, inverse * (s0 * q2 - q0 * s2 - s3 * q1 + s1 * q3))
-        store8(r, (R + 5) * LANES, inverse * (s0 * q3 - q0 * s3 - s1 * q2 + s2 * q1))
+        _fill_turns(s, j)
         for row in range(3):
             store8(r, (R + row) * LANES,
                    load8(r, (X + row) * LANES) - load8(r, (X0 + row) * LANES))
