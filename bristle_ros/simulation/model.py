@@ -103,7 +103,8 @@ def contact_law(scene: Scene) -> ContactLaw | None:
     stiffness = scene.contact.normal_stiffness
     return ContactLaw(0.0 if math.isinf(stiffness) else stiffness, scene.contact.damping,
                       scene.friction.static, scene.friction.kinetic, scene.friction.decay,
-                      surface_of(scene), wire_of(scene))
+                      surface_of(scene), wire_of(scene),
+                      older=scene.solver.newton == 'tolerance')
 
 
 def wire_of(scene: Scene) -> Wire | None:

@@ -127,6 +127,24 @@ def _checked(law, w, base, force, state):
 
 
 @jit
+def _by_newton(law, h, w, gap0, base, state, force):
+    """
+    Fill `force` by Newton's method from what it is; return STICK, SLIP, or UNSOLVED and leave it.
+
+    What the state on entry was is tried first.
+    """
+    if state == STICK:
+        state = stick(law, h, w, gap0, base, force)
+        if state != UNSOLVED or law.older:
+            return state
+        return slip_by_newton(law, h, w, gap0, base, force)
+    state = slip_by_newton(law, h, w, gap0, base, force)
+    if state != UNSOLVED or law.older:
+        return state
+    return stick(law, h, w, gap0, base, force)
+
+
+@jit
 def solve_contact(law, h, w, gap0, base, state, force):
     """
     Solve the one-point contact problem of a step: fill `force` [N] (3,), return its state.
@@ -146,11 +164,9 @@ def solve_contact(law, h, w, gap0, base, state, force):
     # what the mismatch may be per unit of force: N, or m of gap
     enough = 1e-13 if law.stiffness > 0.0 else 1e-15 * w[2, 2]
     guess = force[2]
-    if base[2] < 0.0 and guess > 0.0 and law.static > 0.0:
-        if state == STICK:
-            state = stick(law, h, w, gap0, base, force)
-        else:
-            state = slip_by_newton(law, h, w, gap0, base, force)
+    pressed = base[2] < 0.0 or (gap0 < 0.0 and law.stiffness > 0.0 and not law.older)
+    if pressed and guess > 0.0 and law.static > 0.0:
+        state = _by_newton(law, h, w, gap0, base, state, force)
         if state != UNSOLVED:
             return state
     force[0] = 0.0
@@ -169,6 +185,11 @@ def solve_contact(law, h, w, gap0, base, state, force):
     if high <= 0.0:
         high = at_low / w[2, 2] if law.stiffness == 0.0 else at_low / (
             1.0 + law.stiffness * w[2, 2])
+        if law.static > 0.0 and not law.older:
+            force[2] = high
+            state = _by_newton(law, h, w, gap0, base, SLIP, force)
+            if state != UNSOLVED:
+                return state
     at_high, state = _mismatch(law, h, w, gap0, base, high, force)
     for _ in range(BRACKETINGS):
         if at_high <= 0.0:

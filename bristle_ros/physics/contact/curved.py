@@ -41,7 +41,7 @@ def law_on(law, gutter, piece):
     if piece < gutter.first:
         return law
     return ContactLaw(law.stiffness, law.damping, gutter.static, gutter.kinetic, gutter.decay,
-                      law.surface, law.wire)
+                      law.surface, law.wire, law.older)
 
 
 @jit

@@ -42,6 +42,7 @@ class ContactLaw(NamedTuple):
     decay: float        # c_v [s/m]
     surface: Surface | None = None      # None: the nominal plane
     wire: Wire | None = None            # None: the tip alone touches
+    older: bool = False     # solved by rules that bits of old logs need
 
 
 @jit
