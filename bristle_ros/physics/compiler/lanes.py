@@ -148,7 +148,7 @@ def _shuffle(builder, one, two, order):
 
 
 def _spreading():
-    """Make splats6 and join4."""
+    """Make splats6, join4 and halves8."""
     half, whole = _Lanes(4), _Lanes(8)
 
     @intrinsic
@@ -166,7 +166,16 @@ def _spreading():
             return _shuffle(builder, *values, list(range(8)))
         return whole(half, half), generate
 
-    return splats, join
+    @intrinsic
+    def halves(typing, lanes):
+        """Return the first and the last four lanes."""
+        def generate(context, builder, sig, values):
+            vectors = [_shuffle(builder, values[0], values[0], list(range(first, first + 4)))
+                       for first in (0, 4)]
+            return context.make_tuple(builder, sig.return_type, vectors)
+        return types.UniTuple(half, 2)(whole), generate
+
+    return splats, join, halves
 
 
 def _transposing():
@@ -225,10 +234,14 @@ def _joined(low, high):
     return np.concatenate((low, high))
 
 
+def _halved(lanes):
+    return lanes[:4], lanes[4:]
+
+
 _made = _interpreted if config.DISABLE_JIT else _access  # type: ignore[attr-defined]
 # push_first4: all lanes one up, and a number into the first; push_last4: one down
 load4, store4, splat4, _, push_first4, push_last4 = _made(4)
 load8, store8, _, splat_of8, *_ = _made(8)
 transpose4 = _transposed if config.DISABLE_JIT else _transposing()  # type: ignore[attr-defined]
-splats6, join4 = (  # type: ignore[attr-defined]
-    (_spread, _joined) if config.DISABLE_JIT else _spreading())  # type: ignore[attr-defined]
+splats6, join4, halves8 = (
+    (_spread, _joined, _halved) if config.DISABLE_JIT else _spreading())  # type: ignore[attr-defined]

@@ -17,7 +17,7 @@ The matrix is that of the displacements, the solution too: at du = 0 nothing is 
 Magisano, Leonetti, Garcea (2017), Comput. Methods Appl. Mech. Eng. 313, 986: mixed integration
 points. Only the section force needs it; the moments follow the displacements.
 """
-from bristle_ros.physics.compiler import jit, load4, store4
+from bristle_ros.physics.compiler import halves8, jit, join4, load4, load8, store4, store8
 
 from .beam import stiffness
 from .chain import STRAIN_MATRIX
@@ -42,13 +42,11 @@ def accept_section_forces(s, blocks):
 
 
 @jit
-def _transposed(b, at, t1, t2, t3, y1, y2, y3):
-    """Return a column of B at both Gauss points times t and y."""
-    near, far = at, at + ELEMENTS
-    return ((load4(b, near) * t1 + load4(b, near + 3 * LANES) * t2
-             + load4(b, near + 6 * LANES) * t3)
-            + (load4(b, far) * y1 + load4(b, far + 3 * LANES) * y2
-               + load4(b, far + 6 * LANES) * y3))
+def _transposed(b, at, t1, t2, t3):
+    """Return a column of B at both Gauss points times t there, summed."""
+    first, second = halves8(load8(b, at) * t1 + load8(b, at + 3 * LANES) * t2
+                            + load8(b, at + 6 * LANES) * t3)
+    return first + second
 
 
 @jit
@@ -56,32 +54,33 @@ def add_excess(s, mids):
     """Take B0^T (C eps - n) off the residual rows; see `eliminate` for the left corners."""
     for j in range(s.shape[0]):
         rows, b = s[j], mids[j]
-        near, far = EXCESS * LANES, EXCESS * LANES + ELEMENTS
-        w, v = load4(rows, WEIGHT * LANES), load4(rows, WEIGHT * LANES + ELEMENTS)
-        t1, t2, t3 = (w * load4(rows, near), w * load4(rows, near + LANES),
-                      w * load4(rows, near + 2 * LANES))
-        y1, y2, y3 = (v * load4(rows, far), v * load4(rows, far + LANES),
-                      v * load4(rows, far + 2 * LANES))
+        w = load8(rows, WEIGHT * LANES)
+        t1, t2, t3 = (w * load8(rows, EXCESS * LANES), w * load8(rows, (EXCESS + 1) * LANES),
+                      w * load8(rows, (EXCESS + 2) * LANES))
         for i in range(6):
             # rows of a node's B: 3 x 3 for the displacement, then 3 x 3 for the rotation
             column = STRAIN_MATRIX + (i if i < 3 else 6 + i) * LANES
-            store4(rows, (LR + i) * LANES + ELEMENTS,
-                   _transposed(b, column, t1, t2, t3, y1, y2, y3))
-            add_to(rows, (R + i) * LANES,
-                   -_transposed(b, column + 18 * LANES, t1, t2, t3, y1, y2, y3))
+            store4(rows, (LR + i) * LANES + ELEMENTS, _transposed(b, column, t1, t2, t3))
+            add_to(rows, (R + i) * LANES, -_transposed(b, column + 18 * LANES, t1, t2, t3))
             add_to(rows, (R + i) * LANES + ELEMENTS,
-                   -_transposed(b, column + 36 * LANES, t1, t2, t3, y1, y2, y3))
+                   -_transposed(b, column + 36 * LANES, t1, t2, t3))
 
 
 @jit
 def _row_times(b, at, rows, increment):
-    """Return a row of a node's B times its increment in four lanes of six rows."""
-    return ((load4(b, at) * load4(rows, increment)
-             + load4(b, at + LANES) * load4(rows, increment + LANES)
-             + load4(b, at + 2 * LANES) * load4(rows, increment + 2 * LANES))
-            + (load4(b, at + 9 * LANES) * load4(rows, increment + 3 * LANES)
-               + load4(b, at + 10 * LANES) * load4(rows, increment + 4 * LANES)
-               + load4(b, at + 11 * LANES) * load4(rows, increment + 5 * LANES)))
+    """Return a row of a node's B at both Gauss points times its increment, four lanes each."""
+    return ((load8(b, at) * _twice(rows, increment)
+             + load8(b, at + LANES) * _twice(rows, increment + LANES)
+             + load8(b, at + 2 * LANES) * _twice(rows, increment + 2 * LANES))
+            + (load8(b, at + 9 * LANES) * _twice(rows, increment + 3 * LANES)
+               + load8(b, at + 10 * LANES) * _twice(rows, increment + 4 * LANES)
+               + load8(b, at + 11 * LANES) * _twice(rows, increment + 5 * LANES)))
+
+
+@jit
+def _twice(rows, at):
+    lanes = load4(rows, at)
+    return join4(lanes, lanes)
 
 
 @jit
@@ -90,12 +89,11 @@ def update_section_forces(s, mids, section, factor):
     c = stiffness(section)
     for j in range(s.shape[0]):
         rows, b = s[j], mids[j]
-        for half in (0, ELEMENTS):
-            for i in range(3):
-                row = STRAIN_MATRIX + 3 * i * LANES + half
-                change = (_row_times(b, row, rows, LR * LANES)
-                          + _row_times(b, row + 18 * LANES, rows, R * LANES)
-                          + _row_times(b, row + 36 * LANES, rows, R * LANES + ELEMENTS))
-                at = (SECTION_FORCE + i) * LANES + half
-                store4(rows, at, load4(rows, at) + load4(rows, (EXCESS + i) * LANES + half)
-                       + (factor * c[i]) * change)
+        for i in range(3):
+            row = STRAIN_MATRIX + 3 * i * LANES
+            change = (_row_times(b, row, rows, LR * LANES)
+                      + _row_times(b, row + 18 * LANES, rows, R * LANES)
+                      + _row_times(b, row + 36 * LANES, rows, R * LANES + ELEMENTS))
+            at = (SECTION_FORCE + i) * LANES
+            store8(rows, at, load8(rows, at) + load8(rows, (EXCESS + i) * LANES)
+                   + (factor * c[i]) * change)
