@@ -150,8 +150,8 @@ def solve_contact(law, h, w, gap0, base, state, force):
     Solve the one-point contact problem of a step: fill `force` [N] (3,), return its state.
 
     On entry `state` and `force` are what to start from: those of the last iteration or step. Of
-    several solutions (friction can jam a steep tip) the one that continues them is found, or the
-    one with the smallest force.
+    several solutions (friction can jam a steep tip) one that continues them is found, where a
+    touch begins one near the normal force without friction.
 
     The state is OPEN, SLIP, STICK, or UNSOLVED where no force satisfies the laws.
 
