@@ -126,6 +126,17 @@ def test_axes_of_the_road_plane_do_not_matter(law, h, w, gap0, base, guess, angl
                                atol=1e-6 * abs(one.force).max() + 10.0 * stiff * one.blur)
 
 
+@given(LAWS, STEPS, compliances(), GAPS, DISPLACEMENTS, GUESSES, st.sampled_from((SLIP, STICK)))
+def test_newtons_method_finds_what_brackets_find(law, h, w, gap0, base, guess, state):
+    assume(law.decay == 0.0 or law.static == law.kinetic)   # else many-valued
+    one = Solution(law, h, w, gap0, base, guess, state)
+    # by older rules a touch that begins, no guess, is bracketed at once
+    two = Solution(law._replace(older=True), h, w, gap0, base, 0.0)
+    stiff = 1.0 / np.linalg.eigvalsh(w)[0]
+    np.testing.assert_allclose(two.force, one.force,
+                               atol=1e-6 * abs(one.force).max() + 10.0 * stiff * one.blur)
+
+
 def test_stick_wherever_it_is_admissible():
     # mu from 0.8 to 0.2 within 1 mm/s: at f_n = 1 N both sticking at 0.5 N and slipping with less
     # satisfy the law; sticking is to be chosen.
