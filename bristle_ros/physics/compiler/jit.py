@@ -32,7 +32,7 @@ from .shortcuts import shortcuts  # noqa: E402
 if target() in LEVELS and 'NUMBA_CPU_FEATURES' not in os.environ:
     numba.config.CPU_NAME = target()  # type: ignore[attr-defined]
     # what the level has; LLVM would fill half of a 512-bit register, for the sake of processors
-    # whose clock falls when they use all of it: 4 % slower here, the bits are the same
+    # whose clock falls when they use all of it: 4 % slower on a Zen 4, the bits are the same
     numba.config.CPU_FEATURES = (  # type: ignore[attr-defined]
         '-prefer-256-bit' if target() == 'x86-64-v4' else '')
 
