@@ -11,8 +11,7 @@ LOG = Path(__file__).parent / 'logs' / 'version_0.3.mcap'
 
 
 def test_a_log_of_version_0_3_is_replayed():
-    recording = Recording(LOG)
-    solver = recording.scene.solver
+    solver = Recording(LOG).scene.solver
     assert (solver.newton, solver.tolerance) == ('tolerance', 1e-8)
     # whatever this processor is: on what the log was made for
     done = subprocess.run(

@@ -133,15 +133,16 @@ def _by_newton(law, h, w, gap0, base, state, force):
 
     What the state on entry was is tried first.
     """
-    if state == STICK:
-        state = stick(law, h, w, gap0, base, force)
-        if state != UNSOLVED or law.older:
-            return state
-        return slip_by_newton(law, h, w, gap0, base, force)
-    state = slip_by_newton(law, h, w, gap0, base, force)
-    if state != UNSOLVED or law.older:
-        return state
-    return stick(law, h, w, gap0, base, force)
+    sticking = state == STICK
+    for _ in range(1 if law.older else 2):
+        if sticking:
+            state = stick(law, h, w, gap0, base, force)
+        else:
+            state = slip_by_newton(law, h, w, gap0, base, force)
+        if state != UNSOLVED:
+            break
+        sticking = not sticking
+    return state
 
 
 @jit

@@ -47,15 +47,18 @@ def own_frame(model, motion, azimuth, t, scratch, frame):
 
 
 @jit
+def _copy_rows(r, first, end, into):
+    for row in range(first, end):
+        store8(into, row * LANES, load8(r, row * LANES))
+
+
+@jit
 def keep_copy(s, tip, points, into, into_tip, into_points):
     """Copy what a bristle's nodes carry from step to step, and its contact's records."""
     for j in range(s.shape[0]):
-        for row in range(X0, HA):
-            store8(into[j], row * LANES, load8(s[j], row * LANES))
-        for row in range(STRAIN0, LR):
-            store8(into[j], row * LANES, load8(s[j], row * LANES))
-        for row in range(JUMP, SECTION_FORCE):
-            store8(into[j], row * LANES, load8(s[j], row * LANES))
+        _copy_rows(s[j], X0, HA, into[j])
+        _copy_rows(s[j], STRAIN0, LR, into[j])
+        _copy_rows(s[j], JUMP, SECTION_FORCE, into[j])
     for i in range(tip.size):
         into_tip[i] = tip[i]
     for e in range(points.shape[0]):

@@ -242,21 +242,24 @@ def _split(work, at, part):
 
 
 @jit
+def _combine(a, at, x0, x1, x2, x3, x4, x5):
+    return ((load8(a, at) * x0 + load8(a, at + 8) * x1 + load8(a, at + 16) * x2)
+            + (load8(a, at + 24) * x3 + load8(a, at + 32) * x4 + load8(a, at + 40) * x5))
+
+
+@jit
 def _columns(a, at, b, first):
     """Return the padded 6 x 6 matrix at a[at:] times the six numbers at b[first:]."""
-    return ((load8(a, at) * splat_of8(b, first) + load8(a, at + 8) * splat_of8(b, first + 1)
-             + load8(a, at + 16) * splat_of8(b, first + 2))
-            + (load8(a, at + 24) * splat_of8(b, first + 3)
-               + load8(a, at + 32) * splat_of8(b, first + 4)
-               + load8(a, at + 40) * splat_of8(b, first + 5)))
+    return _combine(a, at, splat_of8(b, first), splat_of8(b, first + 1),
+                    splat_of8(b, first + 2), splat_of8(b, first + 3), splat_of8(b, first + 4),
+                    splat_of8(b, first + 5))
 
 
 @jit
 def _columns_by(a, at, vector):
     """Do the same with the six numbers in a vector: nothing waits for what was just stored."""
     x0, x1, x2, x3, x4, x5 = splats6(vector)
-    return ((load8(a, at) * x0 + load8(a, at + 8) * x1 + load8(a, at + 16) * x2)
-            + (load8(a, at + 24) * x3 + load8(a, at + 32) * x4 + load8(a, at + 40) * x5))
+    return _combine(a, at, x0, x1, x2, x3, x4, x5)
 
 
 @jit
